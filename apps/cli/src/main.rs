@@ -1,0 +1,2 @@
+//! The `subsurf` command line.
+fn main() {}

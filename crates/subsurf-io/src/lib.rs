@@ -1,0 +1,1 @@
+//! subsurf-io.
