@@ -3,9 +3,20 @@
 #![forbid(unsafe_code)]
 
 mod index;
+mod mask;
 mod mesh;
+mod real;
+mod refine;
+mod scheme;
+pub mod shapes;
+mod sharpness;
 mod tags;
+mod topology;
 
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
+pub use real::Real;
+pub use refine::Level;
+pub use scheme::Scheme;
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
+pub use topology::Topology;

@@ -1,6 +1,6 @@
 //! The control mesh: faces and tags, no positions. Checked once, in the constructor.
 
-use crate::tags::{INFINITE_SHARPNESS, Tags};
+use crate::tags::{INFINITE_SHARPNESS, Rules, Tags};
 use thiserror::Error;
 
 /// Why a control mesh could not be made. Faces, vertices and creases are counted from 0.
@@ -222,6 +222,12 @@ impl ControlMesh {
     /// All face corners, one flat list.
     pub fn corners(&self) -> &[u32] {
         &self.corners
+    }
+
+    /// The same mesh under other rules.
+    pub fn with_rules(mut self, rules: Rules) -> Self {
+        self.tags.rules = rules;
+        self
     }
 
     /// Creases, corners, holes and rules.

@@ -1,0 +1,271 @@
+//! Half-edge tables with effective sharpness: what refinement and limit evaluation read.
+//!
+//! Half-edge `h = offset(f) + i` runs from corner `i` of face `f` to corner `i + 1`; the face lies on its left.
+//!
+//! ```text
+//!            prev(h) ↖   face
+//!   origin(h) ────── h ──────▶ origin(next(h))
+//!             ◀── twin(h) ───   other face
+//! ```
+//!
+//! Edges are numbered in the order in which the faces first name them, as OpenSubdiv does. An edge that is not shared
+//! by exactly two faces in opposite directions has no twins and is infinitely sharp; each of its faces then sees a
+//! boundary. Sharpness here is *effective*: clamped to `[0, 10]`, boundary and non-manifold rules applied.
+
+mod build;
+mod check;
+
+use crate::index::{Edge, Face, HalfEdge, Vertex};
+use crate::mesh::{ControlMesh, MeshError};
+use crate::tags::{INFINITE_SHARPNESS, Rules};
+use std::collections::BTreeMap;
+
+/// Absent half-edge in the packed tables; never leaves this module and its children.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// What is unusual about an edge.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct EdgeFlags {
+    /// Fewer than two faces.
+    pub boundary: bool,
+    /// More than two faces, two in the same direction, twice in one face, or both ends equal.
+    pub non_manifold: bool,
+}
+
+/// The connectivity of one level: the control mesh itself or one of its refinements.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    pub(crate) vertex_count: usize,
+    pub(crate) face_offset: Vec<u32>,
+    /// Per half-edge: origin, face, edge, twin.
+    pub(crate) origin: Vec<u32>,
+    pub(crate) face: Vec<u32>,
+    pub(crate) edge: Vec<u32>,
+    pub(crate) twin: Vec<u32>,
+    pub(crate) edge_vertices: Vec<[u32; 2]>,
+    /// One half-edge of every edge.
+    pub(crate) edge_half_edge: Vec<u32>,
+    pub(crate) edge_flags: Vec<EdgeFlags>,
+    pub(crate) edge_sharpness: Vec<f64>,
+    /// One outgoing half-edge per vertex; the one that leads the fan where the fan is open.
+    pub(crate) vertex_half_edge: Vec<u32>,
+    pub(crate) vertex_non_manifold: Vec<bool>,
+    pub(crate) vertex_sharpness: Vec<f64>,
+    /// Sharp edges (sharpness > 0) at every vertex: `sharp_edges[sharp_offset[v]..sharp_offset[v + 1]]`, ascending.
+    pub(crate) sharp_offset: Vec<u32>,
+    pub(crate) sharp_edges: Vec<u32>,
+    pub(crate) hole: Vec<bool>,
+    pub(crate) rules: Rules,
+    /// Sharpness of edges at a vertex that are not part of this table: only where a table holds a cut-out of a mesh
+    /// and the vertex lies on a non-manifold crease.
+    pub(crate) foreign_sharpness: BTreeMap<u32, Vec<f64>>,
+}
+
+impl Topology {
+    /// Builds the tables in time linear in the mesh, in parallel; the result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`MeshError::CreaseNotOnEdge`] where a crease names two vertices that no edge joins, and
+    /// [`MeshError::TooLarge`] where edges overflow 32-bit indices.
+    pub fn new(mesh: &ControlMesh) -> Result<Self, MeshError> {
+        build::from_mesh(mesh)
+    }
+
+    /// Number of vertices, isolated ones included.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_count
+    }
+
+    /// Number of edges.
+    pub fn edge_count(&self) -> usize {
+        self.edge_vertices.len()
+    }
+
+    /// Number of faces, holes included.
+    pub fn face_count(&self) -> usize {
+        self.face_offset.len() - 1
+    }
+
+    /// Number of half-edges, which is that of face corners.
+    pub fn half_edge_count(&self) -> usize {
+        self.origin.len()
+    }
+
+    /// The rules that this topology was built with.
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// The vertices of a face, counter-clockwise.
+    pub fn face_vertices(&self, face: Face) -> &[u32] {
+        &self.origin[self.first(face) as usize..self.face_offset[face.index() + 1] as usize]
+    }
+
+    /// Start of every face in [`corners`](Self::corners), and the end of the last one.
+    pub fn face_offsets(&self) -> &[u32] {
+        &self.face_offset
+    }
+
+    /// The vertices of all face corners, face after face.
+    pub fn corners(&self) -> &[u32] {
+        &self.origin
+    }
+
+    /// Number of corners of a face.
+    #[inline]
+    pub fn sides(&self, face: Face) -> usize {
+        (self.face_offset[face.index() + 1] - self.face_offset[face.index()]) as usize
+    }
+
+    /// True for a face that shapes its neighbours but is not part of the surface.
+    pub fn is_hole(&self, face: Face) -> bool {
+        self.hole[face.index()]
+    }
+
+    /// The half-edge at corner `corner` of a face.
+    #[inline]
+    pub fn half_edge(&self, face: Face, corner: usize) -> HalfEdge {
+        HalfEdge(self.first(face) + corner as u32)
+    }
+
+    #[inline]
+    pub(crate) fn first(&self, face: Face) -> u32 {
+        self.face_offset[face.index()]
+    }
+
+    /// The face on the left of a half-edge.
+    #[inline]
+    pub fn face(&self, h: HalfEdge) -> Face {
+        Face(self.face[h.index()])
+    }
+
+    /// Where a half-edge starts.
+    #[inline]
+    pub fn origin(&self, h: HalfEdge) -> Vertex {
+        Vertex(self.origin[h.index()])
+    }
+
+    /// The edge that a half-edge is a side of.
+    #[inline]
+    pub fn edge(&self, h: HalfEdge) -> Edge {
+        Edge(self.edge[h.index()])
+    }
+
+    /// The other side of a manifold edge; none at boundaries and non-manifold edges.
+    #[inline]
+    pub fn twin(&self, h: HalfEdge) -> Option<HalfEdge> {
+        let t = self.twin[h.index()];
+        (t != NONE).then_some(HalfEdge(t))
+    }
+
+    /// The following half-edge of the same face.
+    #[inline]
+    pub fn next(&self, h: HalfEdge) -> HalfEdge {
+        let f = self.face[h.index()] as usize;
+        if h.0 + 1 == self.face_offset[f + 1] { HalfEdge(self.face_offset[f]) } else { HalfEdge(h.0 + 1) }
+    }
+
+    /// The preceding half-edge of the same face.
+    #[inline]
+    pub fn prev(&self, h: HalfEdge) -> HalfEdge {
+        let f = self.face[h.index()] as usize;
+        if h.0 == self.face_offset[f] { HalfEdge(self.face_offset[f + 1] - 1) } else { HalfEdge(h.0 - 1) }
+    }
+
+    /// The next outgoing half-edge counter-clockwise round the origin of `h`; none where the fan ends.
+    #[inline]
+    pub fn turn_left(&self, h: HalfEdge) -> Option<HalfEdge> {
+        self.twin(self.prev(h))
+    }
+
+    /// The next outgoing half-edge clockwise round the origin of `h`; none where the fan ends.
+    #[inline]
+    pub fn turn_right(&self, h: HalfEdge) -> Option<HalfEdge> {
+        self.twin(h).map(|t| self.next(t))
+    }
+
+    /// An outgoing half-edge of a vertex, the clockwise-most one where the fan is open; none for isolated vertices.
+    pub fn outgoing(&self, v: Vertex) -> Option<HalfEdge> {
+        let h = self.vertex_half_edge[v.index()];
+        (h != NONE).then_some(HalfEdge(h))
+    }
+
+    /// The two ends of an edge: of a control mesh in the direction of its first face, of a refined level the new
+    /// vertex first.
+    pub fn edge_vertices(&self, e: Edge) -> [Vertex; 2] {
+        self.edge_vertices[e.index()].map(Vertex)
+    }
+
+    /// Effective sharpness of an edge, in `[0, 10]`.
+    #[inline]
+    pub fn edge_sharpness(&self, e: Edge) -> f64 {
+        self.edge_sharpness[e.index()]
+    }
+
+    /// Effective sharpness of a vertex, in `[0, 10]`.
+    #[inline]
+    pub fn vertex_sharpness(&self, v: Vertex) -> f64 {
+        self.vertex_sharpness[v.index()]
+    }
+
+    /// True for an edge with fewer than two faces.
+    pub fn is_boundary(&self, e: Edge) -> bool {
+        self.edge_flags[e.index()].boundary
+    }
+
+    /// True for an edge with more than two faces, two faces in the same direction, twice in one face, or equal ends.
+    pub fn is_non_manifold_edge(&self, e: Edge) -> bool {
+        self.edge_flags[e.index()].non_manifold
+    }
+
+    /// True for a vertex whose faces do not form one fan, or that has a non-manifold edge or no face.
+    pub fn is_non_manifold_vertex(&self, v: Vertex) -> bool {
+        self.vertex_non_manifold[v.index()]
+    }
+
+    /// The sharp edges at a vertex, ascending.
+    #[inline]
+    pub(crate) fn sharp_edges(&self, v: Vertex) -> &[u32] {
+        &self.sharp_edges[self.sharp_offset[v.index()] as usize..self.sharp_offset[v.index() + 1] as usize]
+    }
+
+    /// Sharpness of edges at `v` that this cut-out table does not hold.
+    pub(crate) fn foreign_sharpness(&self, v: Vertex) -> &[f64] {
+        if self.foreign_sharpness.is_empty() {
+            return &[];
+        }
+        self.foreign_sharpness.get(&v.0).map_or(&[], Vec::as_slice)
+    }
+
+    /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
+    pub(crate) fn index_sharp_edges(&mut self) {
+        let mut offset = vec![0u32; self.vertex_count + 1];
+        let sharp = |e: &usize| self.edge_sharpness[*e] > 0.0;
+        let edges = || (0..self.edge_vertices.len()).filter(sharp);
+        // A degenerate edge (both ends equal) is listed once.
+        let ends = |e: usize| {
+            let [a, b] = self.edge_vertices[e];
+            std::iter::once(a).chain((b != a).then_some(b))
+        };
+        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 1] += 1));
+        for v in 0..self.vertex_count {
+            offset[v + 1] += offset[v];
+        }
+        let mut fill = offset.clone();
+        let mut list = vec![0u32; offset[self.vertex_count] as usize];
+        for e in edges() {
+            for v in ends(e) {
+                list[fill[v as usize] as usize] = e as u32;
+                fill[v as usize] += 1;
+            }
+        }
+        self.sharp_offset = offset;
+        self.sharp_edges = list;
+    }
+
+    /// True where the edge is infinitely sharp.
+    #[inline]
+    pub fn is_infinitely_sharp(&self, e: Edge) -> bool {
+        self.edge_sharpness[e.index()] >= INFINITE_SHARPNESS
+    }
+}
