@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod index;
+mod limit;
 mod mesh;
 mod tags;
 
