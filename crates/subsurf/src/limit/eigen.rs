@@ -28,6 +28,8 @@
 
 mod outer;
 mod ring;
+#[cfg(test)]
+mod tests;
 
 use std::array;
 
