@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod index;
+mod limit;
 mod mask;
 mod mesh;
 mod real;
@@ -14,6 +15,7 @@ mod tags;
 mod topology;
 
 pub use index::{Edge, Face, HalfEdge, Vertex};
+pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use real::Real;
 pub use refine::Level;

@@ -14,6 +14,9 @@
 
 mod build;
 mod check;
+mod cut_out;
+
+pub(crate) use cut_out::{Surroundings, Walk};
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};

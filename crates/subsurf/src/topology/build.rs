@@ -73,7 +73,7 @@ fn faces_of_corners(face_offset: &[u32], corners: usize) -> Vec<u32> {
 }
 
 /// The half-edge that starts each vertex's fan: the first one without a twin, else the first.
-fn leading_half_edges(vertices: usize, origin: &[u32], twin: &[u32]) -> Vec<u32> {
+pub(super) fn leading_half_edges(vertices: usize, origin: &[u32], twin: &[u32]) -> Vec<u32> {
     let mut lead = vec![NONE; vertices];
     for (h, &v) in origin.iter().enumerate().rev() {
         let old = lead[v as usize];

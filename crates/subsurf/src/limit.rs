@@ -1,0 +1,114 @@
+//! The limit surface, exactly: at any location, for any attribute.
+
+mod bspline;
+mod corner;
+mod deflated;
+mod eigen;
+mod jet;
+mod local_step;
+mod patch_table;
+pub(crate) mod plan;
+mod rows;
+mod single_crease;
+mod special;
+mod tangent;
+
+pub use jet::{Curvature, Derivatives, Jet, Location};
+pub use patch_table::{PatchTable, TableSize};
+pub use plan::PatchKind;
+pub use special::Method;
+
+use crate::real::{Real, add_scaled};
+use plan::RingWeights;
+
+/// A patch table with control points: cheap to make, once per animation frame.
+///
+/// Sums are formed in `f64` relative to one control point of the face, so that a constant has derivatives of exactly zero
+/// and distance from the origin costs no digits.
+#[derive(Clone, Copy)]
+pub struct LimitSurface<'a, T, const N: usize> {
+    table: &'a PatchTable,
+    points: &'a [[T; N]],
+}
+
+impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
+    pub(crate) fn new(table: &'a PatchTable, points: &'a [[T; N]]) -> Self {
+        assert_eq!(points.len(), table.topology().vertex_count(), "one control point per vertex of the mesh");
+        Self { table, points }
+    }
+
+    /// The table behind the surface.
+    pub fn table(&self) -> &'a PatchTable {
+        self.table
+    }
+
+    /// The control points.
+    pub fn points(&self) -> &'a [[T; N]] {
+        self.points
+    }
+
+    /// Position and first derivatives; none in holes.
+    ///
+    /// # Panics
+    /// If the location names no sub-face of the mesh, or its parameters lie outside `[0, 1]`.
+    pub fn eval(&self, at: Location) -> Option<Jet<N>> {
+        self.jet(at, 3)
+    }
+
+    /// Position, first and second derivatives; none in holes.
+    ///
+    /// # Panics
+    /// As [`eval`](Self::eval).
+    pub fn eval_second(&self, at: Location) -> Option<Jet<N>> {
+        self.jet(at, 6)
+    }
+
+    /// The point of the limit surface; none in holes.
+    ///
+    /// # Panics
+    /// As [`eval`](Self::eval).
+    pub fn position(&self, at: Location) -> Option<[f64; N]> {
+        let (patch, weights) = self.weights(at, 1)?;
+        Some(self.apply(patch, &weights.rows[0], true))
+    }
+
+    fn weights(&self, at: Location, count: usize) -> Option<(usize, RingWeights)> {
+        let inside = |x: f64| (0.0..=1.0).contains(&x);
+        assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
+        let patch = self.table.patch(at.face, at.subface);
+        let plan = self.table.patch_plan(patch)?;
+        Some((patch, self.table.plan(plan).weights(at.u, at.v, self.table.turn(patch), count)))
+    }
+
+    fn jet(&self, at: Location, count: usize) -> Option<Jet<N>> {
+        let (patch, weights) = self.weights(at, count)?;
+        let row = |k: usize| self.apply(patch, &weights.rows[k], k == 0);
+        let (position, du, dv) = (row(0), row(1), row(2));
+        let (derivatives, plane, unique_plane) = match &weights.at_vertex {
+            None => (Derivatives::Finite, Some([du, dv]), true),
+            Some(special) => {
+                let plane = special.plane.as_ref().map(|p| [0, 1].map(|k| self.apply(patch, &p[k], false)));
+                (special.derivatives, plane, special.unique_normal)
+            }
+        };
+        let second = (count > 3 && weights.at_vertex.is_none()).then(|| [row(3), row(4), row(5)]);
+        Some(Jet { position, du, dv, second, derivatives, plane, unique_plane })
+    }
+
+    /// The weighted sum over a patch's ring. Weights sum to one for positions, to zero for derivatives.
+    pub(crate) fn apply(&self, patch: usize, weights: &[f64], is_position: bool) -> [f64; N] {
+        let ring = self.table.ring(patch);
+        let base = self.points[ring[0] as usize].map(T::to_f64);
+        let mut sum = [0.0; N];
+        for (&v, &w) in ring.iter().zip(weights) {
+            let p = self.points[v as usize];
+            for i in 0..N {
+                sum[i] += w * (p[i].to_f64() - base[i]);
+            }
+        }
+        if is_position {
+            add_scaled(&mut sum, 1.0, &base);
+        }
+        sum
+    }
+}

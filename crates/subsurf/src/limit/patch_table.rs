@@ -1,0 +1,376 @@
+//! One plan and one ring per patch: built once per connectivity, shared by all positions and all frames.
+//!
+//! A patch is a quad, or one sub-face of another face; patches are numbered face by face (the order of Ptex).
+
+use super::plan::{PatchKind, Plan, SpecialVertices};
+use super::special::Method;
+use crate::index::{Face, HalfEdge};
+use crate::limit::LimitSurface;
+use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
+use crate::real::Real;
+use crate::refine::scheme_topology;
+use crate::scheme::Scheme;
+use crate::topology::{NONE, Surroundings, Topology, Walk};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// Patches a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
+const CHUNK: usize = 2048;
+
+/// For every face of a mesh, where its limit comes from: a plan, shared by all faces with equal surroundings, and the
+/// ring of control points that the plan's weights are for.
+pub struct PatchTable {
+    topology: Topology,
+    scheme: Scheme,
+    /// First patch of every face, and their number at the end.
+    face_patch: Vec<u32>,
+    patch_plan: Vec<u32>,
+    /// Which corner of its face is the plan's corner 0.
+    patch_turn: Vec<u8>,
+    ring_offset: Vec<u32>,
+    ring: Vec<u32>,
+    plans: Vec<Plan>,
+    specials: SpecialVertices,
+}
+
+/// Figures about a table.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub struct TableSize {
+    /// Patches: quads, and sub-faces of other faces; holes have none.
+    pub patches: usize,
+    /// Distinct plans.
+    pub plans: usize,
+    /// Plans that are one bicubic patch.
+    pub regular_plans: usize,
+    /// Patches whose plan is one bicubic patch.
+    pub regular_patches: usize,
+    /// Distinct special vertices, one for each kind, size and face number.
+    pub special_vertices: usize,
+    /// Bytes of what grows with the mesh: plan numbers and rings.
+    pub patch_bytes: usize,
+    /// Bytes of plans and special vertices.
+    pub plan_bytes: usize,
+    /// Bytes of the topology that the table keeps.
+    pub topology_bytes: usize,
+}
+
+impl PatchTable {
+    /// Builds the table of a mesh, in parallel.
+    ///
+    /// # Errors
+    /// Those of [`Topology::new`], and [`MeshError::TooLarge`] where rings overflow 32-bit indices.
+    pub fn new(mesh: &ControlMesh, scheme: Scheme) -> Result<Self, MeshError> {
+        Self::with_method(mesh, scheme, Method::default())
+    }
+
+    /// Builds the table with a choice of closed form at special vertices.
+    ///
+    /// # Errors
+    /// As [`PatchTable::new`].
+    pub fn with_method(mesh: &ControlMesh, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
+        Self::from_topology(scheme_topology(mesh, scheme)?, scheme, method)
+    }
+
+    /// Builds the table from a topology that is at hand.
+    ///
+    /// # Errors
+    /// As [`PatchTable::new`].
+    pub fn from_topology(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
+        let faces = topology.face_count();
+        let mut face_patch = Vec::with_capacity(faces + 1);
+        face_patch.push(0u32);
+        for f in 0..faces as u32 {
+            let sides = topology.sides(Face(f));
+            // At most one patch per corner, and corners fit into 32 bits.
+            face_patch.push(face_patch[f as usize] + if sides == 4 { 1 } else { sides as u32 });
+        }
+        let specials = SpecialVertices::new(method);
+        let gathered: Vec<Gathered> =
+            (0..faces.div_ceil(CHUNK)).into_par_iter().map(|chunk| Gathered::of_chunk(&topology, chunk)).collect();
+        let merged = Merged::new(gathered)?;
+        let plans = merged
+            .representatives
+            .par_iter()
+            .map_init(
+                || (Walk::default(), Surroundings::default()),
+                |(walk, around), &(face, corner)| {
+                    topology.surroundings(Face(face), corner as usize, walk, around);
+                    Plan::new(&topology, around, scheme, &specials)
+                },
+            )
+            .collect();
+        Ok(Self {
+            topology,
+            scheme,
+            face_patch,
+            patch_plan: merged.patch_plan,
+            patch_turn: merged.patch_turn,
+            ring_offset: merged.ring_offset,
+            ring: merged.ring,
+            plans,
+            specials,
+        })
+    }
+
+    /// The surface of this table with these control points, one row per vertex of the mesh.
+    ///
+    /// # Panics
+    /// If `points` has not one row per vertex of the mesh.
+    pub fn surface<'a, T: Real, const N: usize>(&'a self, points: &'a [[T; N]]) -> LimitSurface<'a, T, N> {
+        LimitSurface::new(self, points)
+    }
+
+    /// The control mesh's half-edge tables.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// The scheme that the table was built for.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
+    /// Number of patches, holes included.
+    pub fn patch_count(&self) -> usize {
+        self.patch_plan.len()
+    }
+
+    /// Number of sub-faces of a face: 1 for quads, the number of corners for others.
+    pub fn subfaces(&self, face: Face) -> u32 {
+        self.face_patch[face.index() + 1] - self.face_patch[face.index()]
+    }
+
+    /// The patch of a face's sub-face.
+    ///
+    /// # Panics
+    /// If there is no such sub-face.
+    pub fn patch(&self, face: Face, subface: u32) -> usize {
+        assert!(subface < self.subfaces(face), "face {face} has no sub-face {subface}");
+        (self.face_patch[face.index()] + subface) as usize
+    }
+
+    /// First patch of every face, and the number of patches at the end.
+    pub fn face_patches(&self) -> &[u32] {
+        &self.face_patch
+    }
+
+    /// The plan number of a patch; none in holes.
+    pub fn patch_plan(&self, patch: usize) -> Option<usize> {
+        let plan = self.patch_plan[patch];
+        (plan != NONE).then_some(plan as usize)
+    }
+
+    /// Kind and depth of the patch-tree leaf at a place; none in holes.
+    pub fn patch_kind(&self, patch: usize, u: f64, v: f64) -> Option<(PatchKind, u32)> {
+        self.patch_plan(patch).map(|plan| self.plans[plan].patch_kind(u, v, self.patch_turn[patch]))
+    }
+
+    pub(crate) fn plan(&self, plan: usize) -> &Plan {
+        &self.plans[plan]
+    }
+
+    pub(crate) fn plan_count(&self) -> usize {
+        self.plans.len()
+    }
+
+    pub(crate) fn turn(&self, patch: usize) -> u8 {
+        self.patch_turn[patch]
+    }
+
+    /// The control points that a patch's weights are for.
+    pub(crate) fn ring(&self, patch: usize) -> &[u32] {
+        &self.ring[self.ring_offset[patch] as usize..self.ring_offset[patch + 1] as usize]
+    }
+
+    /// Counts and memory.
+    pub fn size(&self) -> TableSize {
+        let t = &self.topology;
+        let regular: Vec<bool> = self.plans.iter().map(Plan::is_regular).collect();
+        let specials = self.specials.all();
+        TableSize {
+            patches: self.patch_plan.iter().filter(|&&p| p != NONE).count(),
+            plans: self.plans.len(),
+            regular_plans: regular.iter().filter(|&&r| r).count(),
+            regular_patches: self.patch_plan.iter().filter(|&&p| p != NONE && regular[p as usize]).count(),
+            special_vertices: specials.len(),
+            patch_bytes: 4 * (self.face_patch.len() + self.patch_plan.len() + self.ring_offset.len() + self.ring.len())
+                + self.patch_turn.len(),
+            plan_bytes: self.plans.iter().map(Plan::bytes).sum::<usize>()
+                + specials.iter().map(|s| s.bytes()).sum::<usize>(),
+            topology_bytes: 16 * t.half_edge_count() + 24 * t.edge_count() + 20 * t.vertex_count() + 5 * t.face_count(),
+        }
+    }
+}
+
+/// What one chunk of faces needs, plans numbered within the chunk.
+#[derive(Default)]
+struct Gathered {
+    patch_plan: Vec<u32>,
+    patch_turn: Vec<u8>,
+    ring_length: Vec<u32>,
+    ring: Vec<u32>,
+    /// Distinct keys in order of appearance, each with the patch that it was first met at.
+    keys: Vec<(Box<[u32]>, (u32, u32))>,
+}
+
+type Keys = HashMap<Box<[u32]>, u32, BuildHasherDefault<KeyHasher>>;
+
+impl Gathered {
+    fn of_chunk(t: &Topology, chunk: usize) -> Self {
+        let mut out = Self::default();
+        let mut known = Keys::default();
+        let (mut walk, mut around) = (Walk::default(), Surroundings::default());
+        for face in (chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())).map(Face::new) {
+            let sides = t.sides(face);
+            let starts = if sides == 4 { 0..1 } else { 0..sides };
+            for subface in starts {
+                if t.is_hole(face) {
+                    out.patch_plan.push(NONE);
+                    out.patch_turn.push(0);
+                    out.ring_length.push(0);
+                    continue;
+                }
+                let start = if sides == 4 { canonical_corner(t, face) } else { subface };
+                t.surroundings(face, start, &mut walk, &mut around);
+                let plan = match known.get(&around.key[..]) {
+                    Some(&plan) => plan,
+                    None => {
+                        let plan = out.keys.len() as u32;
+                        out.keys.push((around.key.clone().into(), (face.0, start as u32)));
+                        known.insert(around.key.clone().into(), plan);
+                        plan
+                    }
+                };
+                out.patch_plan.push(plan);
+                out.patch_turn.push(if sides == 4 { start as u8 } else { 0 });
+                out.ring_length.push(around.ring.len() as u32);
+                out.ring.extend_from_slice(&around.ring);
+            }
+        }
+        out
+    }
+}
+
+/// All chunks, plans numbered by first appearance in the mesh.
+struct Merged {
+    patch_plan: Vec<u32>,
+    patch_turn: Vec<u8>,
+    ring_offset: Vec<u32>,
+    ring: Vec<u32>,
+    /// Per plan a face, and the corner that its walk starts at.
+    representatives: Vec<(u32, u32)>,
+}
+
+impl Merged {
+    fn new(chunks: Vec<Gathered>) -> Result<Self, MeshError> {
+        let total: usize = chunks.iter().map(|c| c.ring.len()).sum();
+        if total > MAX_COUNT {
+            return Err(MeshError::TooLarge { what: "control points in rings", count: total, limit: MAX_COUNT });
+        }
+        let mut out = Self {
+            patch_plan: Vec::new(),
+            patch_turn: Vec::new(),
+            ring_offset: vec![0],
+            ring: Vec::with_capacity(total),
+            representatives: Vec::new(),
+        };
+        let mut known = Keys::default();
+        for chunk in chunks {
+            let mut renumber = Vec::with_capacity(chunk.keys.len());
+            for (key, place) in chunk.keys {
+                let next = known.len() as u32;
+                renumber.push(match known.entry(key) {
+                    Entry::Occupied(plan) => *plan.get(),
+                    Entry::Vacant(empty) => {
+                        out.representatives.push(place);
+                        *empty.insert(next)
+                    }
+                });
+            }
+            out.patch_plan
+                .extend(chunk.patch_plan.iter().map(|&p| if p == NONE { NONE } else { renumber[p as usize] }));
+            out.patch_turn.extend_from_slice(&chunk.patch_turn);
+            let mut end = out.ring.len() as u32;
+            out.ring_offset.extend(chunk.ring_length.iter().map(|&n| {
+                end += n;
+                end
+            }));
+            out.ring.extend_from_slice(&chunk.ring);
+        }
+        Ok(out)
+    }
+}
+
+/// The corner of a quad at which its walk starts, chosen by what lies round the corners, so that faces that differ by a
+/// turn alone share a plan. Ties go to the first.
+fn canonical_corner(t: &Topology, face: Face) -> usize {
+    let sign: [u64; 4] = std::array::from_fn(|c| corner_signature(t, t.half_edge(face, c)));
+    if sign.iter().all(|&s| s == sign[0]) {
+        return 0;
+    }
+    let turned = |c: usize| [0, 1, 2, 3].map(|k| sign[(c + k) % 4]);
+    (0..4).min_by_key(|&c| turned(c)).unwrap_or(0)
+}
+
+/// A number that is equal for corners with equal fans (and seldom equal for others).
+fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
+    let v = t.origin(own);
+    let sharp = t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty();
+    let mut hash = KeyHasher::default();
+    let mut note = |h: HalfEdge| {
+        hash.write_u32(t.sides(t.face(h)) as u32);
+        if sharp {
+            hash.write_u64(t.edge_sharpness(t.edge(h)).to_bits());
+        }
+    };
+    let (mut left, mut right) = (0u64, 0u64);
+    let mut at = own;
+    let closed = loop {
+        note(at);
+        match t.turn_left(at) {
+            None => break false,
+            Some(h) if h == own => break true,
+            Some(h) => at = h,
+        }
+        left += 1;
+    };
+    if !closed {
+        at = own;
+        while let Some(h) = t.turn_right(at) {
+            note(h);
+            at = h;
+            right += 1;
+        }
+    }
+    if sharp {
+        hash.write_u64(t.vertex_sharpness(v).to_bits());
+    }
+    // Valence first, so that canonical turns put the smallest valence at the front.
+    (left + right).min(0xffff) << 48 | right.min(0xff) << 40 | (hash.finish() & 0xff_ffff_ffff)
+}
+
+/// A fast hash of short lists of small numbers; keys are compared in full.
+#[derive(Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+    fn write_u32(&mut self, x: u32) {
+        self.write_u64(u64::from(x));
+    }
+    fn write_u64(&mut self, x: u64) {
+        self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}

@@ -1,0 +1,107 @@
+//! Sparse rows: points as combinations of other points.
+
+/// One point: `(index, weight)` pairs, no index twice where the order matters.
+pub(crate) type Combination = Vec<(u32, f64)>;
+
+/// A compressed sparse row matrix: row `i` is a point as a combination of `columns` points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rows {
+    offset: Vec<u32>,
+    column: Vec<u32>,
+    weight: Vec<f64>,
+    columns: usize,
+}
+
+impl Rows {
+    /// Rows over `columns` points; terms with the same column are added.
+    pub fn new<'a>(columns: usize, rows: impl IntoIterator<Item = &'a Combination>) -> Self {
+        let mut out = Self { offset: vec![0], columns, ..Self::default() };
+        let mut sum = Accumulator::new(columns);
+        for row in rows {
+            row.iter().for_each(|&(c, w)| sum.add(c, w));
+            for (c, w) in sum.take() {
+                out.column.push(c);
+                out.weight.push(w);
+            }
+            out.offset.push(out.column.len() as u32);
+        }
+        out
+    }
+
+    pub fn len(&self) -> usize {
+        self.offset.len() - 1
+    }
+
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
+        self.column[range.clone()].iter().copied().zip(self.weight[range].iter().copied())
+    }
+
+    /// `out += left · self`, a row vector from the left.
+    pub fn left_multiply(&self, left: &[f64], out: &mut [f64]) {
+        for (i, &w) in left.iter().enumerate() {
+            if w != 0.0 {
+                self.row(i).for_each(|(c, x)| out[c as usize] += w * x);
+            }
+        }
+    }
+
+    /// All entries, row-major.
+    pub fn dense(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.len() * self.columns];
+        for i in 0..self.len() {
+            self.row(i).for_each(|(c, w)| out[i * self.columns + c as usize] += w);
+        }
+        out
+    }
+
+    /// Heap memory in bytes.
+    pub fn bytes(&self) -> usize {
+        4 * (self.offset.len() + self.column.len()) + 8 * self.weight.len()
+    }
+}
+
+/// Adds up sparse terms; gives them back in ascending order.
+pub(crate) struct Accumulator {
+    sum: Vec<f64>,
+    used: Vec<bool>,
+    touched: Vec<u32>,
+}
+
+impl Accumulator {
+    pub fn new(columns: usize) -> Self {
+        Self { sum: vec![0.0; columns], used: vec![false; columns], touched: Vec::new() }
+    }
+
+    pub fn add(&mut self, column: u32, weight: f64) {
+        let c = column as usize;
+        if !self.used[c] {
+            self.used[c] = true;
+            self.touched.push(column);
+        }
+        self.sum[c] += weight;
+    }
+
+    /// The terms added since the last call; zeros are dropped.
+    pub fn take(&mut self) -> Combination {
+        self.touched.sort_unstable();
+        let mut terms = Vec::with_capacity(self.touched.len());
+        for c in self.touched.drain(..) {
+            let w = std::mem::take(&mut self.sum[c as usize]);
+            self.used[c as usize] = false;
+            if w != 0.0 {
+                terms.push((c, w));
+            }
+        }
+        terms
+    }
+}
+
+/// `a · 2 - b`: the point beyond `a` seen from `b`.
+pub(crate) fn extrapolate(a: &Combination, b: &Combination) -> Combination {
+    a.iter().map(|&(v, w)| (v, 2.0 * w)).chain(b.iter().map(|&(v, w)| (v, -w))).collect()
+}

@@ -1,0 +1,208 @@
+//! Exact evaluation in a face at a special vertex, constant in the depth: parameters `(a, b)` with the vertex at the
+//! origin give weights over the canonical points of [`corner`](super::corner).
+//!
+//! At depth `m` (the largest with `max(a, b) < 2^-m`) the location lies in a regular child of the `m`-th subdivision:
+//! `s = b(t)ᵀ X_c A^m C`, first derivatives times `2^(m+1)`, second times `4^(m+1)` (Stam 1998; Lacewell, Burley 2007),
+//! with `A^m` in one of two closed forms, see [`Method`].
+
+use super::bspline::{cubic, tensor};
+use super::corner::{Corner, Kind};
+use super::deflated::DeflatedPowers;
+use super::eigen::EigenForm;
+use super::jet::Derivatives;
+use super::local_step::LocalStep;
+use super::tangent;
+
+/// Which closed form of the powers of the local step is used.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum Method {
+    /// Deflated powers: for every kind of vertex, accurate to rounding.
+    #[default]
+    Deflated,
+    /// Stam's eigenbasis at interior vertices and the Jordan form of Lacewell and Burley 2007 at boundaries, creases
+    /// and corners. Darts and pinned interior vertices, which neither covers, use deflated powers.
+    Eigenbasis,
+}
+
+/// Everything that the faces at one kind of special vertex share.
+#[derive(Debug)]
+pub(crate) struct SpecialVertex {
+    pub corner: Corner,
+    step: LocalStep,
+    /// Limit position mask.
+    limit: Vec<f64>,
+    deflated: DeflatedPowers,
+    /// For second derivatives where the mode of eigenvalue 1/2 is linear and would drown them.
+    second: Option<DeflatedPowers>,
+    eigen: Option<EigenForm>,
+    tangents: tangent::Tangents,
+}
+
+/// Weights over some points, for position, `u`, `v`, `uu`, `uv`, `vv`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PointWeights {
+    pub rows: [Vec<f64>; 6],
+    pub at_vertex: Option<AtVertex>,
+}
+
+/// What holds at a special vertex itself.
+#[derive(Clone, Debug)]
+pub(crate) struct AtVertex {
+    pub derivatives: Derivatives,
+    /// Two directions that span the tangent plane, `t0 × t1` on the outer side; none where there is no such plane.
+    pub plane: Option<[Vec<f64>; 2]>,
+    pub unique_normal: bool,
+}
+
+impl SpecialVertex {
+    pub fn new(corner: Corner, method: Method) -> Self {
+        let step = LocalStep::new(corner);
+        let limit = tangent::limit_mask(corner, &step);
+        let ones = vec![1.0; step.points];
+        let scale = subdominant(corner);
+        let constant = (1.0, ones, limit.clone());
+        let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
+        let second = tangent::linear_mode(corner, &step).map(|(r, l)| {
+            // Crease with one face: next eigenvalue 1/4. Dart of valence 4: its even mode, near 0.42.
+            let next = if corner.kind == Kind::Crease { 0.25 } else { 0.42 };
+            DeflatedPowers::new(&step.a, next, vec![constant, (0.5, r, l)])
+        });
+        let eigen = match method {
+            Method::Deflated => None,
+            Method::Eigenbasis => {
+                let (n, i) = (corner.n as usize, corner.i as usize);
+                EigenForm::new(corner.kind, n, i, &step.a.dense(), step.ring)
+            }
+        };
+        let tangents = tangent::Tangents::new(corner, &step);
+        Self { corner, step, limit, deflated, second, eigen, tangents }
+    }
+
+    /// Number of canonical points.
+    pub fn points(&self) -> usize {
+        self.step.points
+    }
+
+    /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) at `(a, b)`.
+    pub fn weights(&self, a: f64, b: f64, count: usize) -> PointWeights {
+        let big = a.max(b);
+        if big <= 0.0 {
+            return self.at_vertex(count);
+        }
+        let m = depth(big);
+        let [a, b] = [a, b].map(|x| scale_up(x, m));
+        let (cu, cv) = (u8::from(a >= 0.5), u8::from(b >= 0.5));
+        let child = match (cu, cv) {
+            (1, 0) => 0,
+            (1, _) => 1,
+            _ => 2,
+        };
+        let [u, v] = [2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv)].map(cubic);
+        let basis = tensor(&u, &v, count);
+        let mut out = PointWeights::default();
+        for order in 0..count {
+            let mut row = vec![0.0; self.points()];
+            self.step.x[child].left_multiply(&basis[order], &mut row);
+            let times = [0, 1, 1, 2, 2, 2][order];
+            let factor = if m == 0 { 1.0 } else { self.power(m, times, &mut row) };
+            let factor = factor * 2f64.powi(times);
+            row.iter_mut().for_each(|w| *w *= factor);
+            if order == 0 && m > 0 {
+                row.iter_mut().zip(&self.limit).for_each(|(w, l)| *w += l);
+            }
+            out.rows[order] = row;
+        }
+        if count > 1 && out.rows[1..count].iter().flatten().any(|w| !w.is_finite()) {
+            return self.at_vertex(count);
+        }
+        out
+    }
+
+    /// `row · (A^m - constant)` up to the factor that is returned, times `2^m` per differentiation.
+    fn power(&self, m: u32, times: i32, row: &mut Vec<f64>) -> f64 {
+        let growth = 2f64.powi(times);
+        if let Some(eigen) = &self.eigen {
+            eigen.apply(m, row);
+            return (growth * eigen.scale()).powi(m as i32);
+        }
+        let deflated = match &self.second {
+            Some(second) if times == 2 => second,
+            _ => &self.deflated,
+        };
+        deflated.apply(&self.step.a, m, row);
+        (growth * deflated.scale).powi(m as i32)
+    }
+
+    fn at_vertex(&self, count: usize) -> PointWeights {
+        let mut out = PointWeights::default();
+        out.rows[0] = self.limit.clone();
+        if count > 1 {
+            let [du, dv] = self.tangents.directions.clone();
+            (out.rows[1], out.rows[2]) = (du, dv);
+        }
+        for row in &mut out.rows[3..count.max(3)] {
+            *row = vec![0.0; self.points()];
+        }
+        out.at_vertex = Some(AtVertex {
+            derivatives: self.tangents.derivatives,
+            plane: self.tangents.plane.clone(),
+            unique_normal: self.tangents.unique_normal,
+        });
+        out
+    }
+
+    /// Heap memory in bytes, the tangents left out.
+    pub fn bytes(&self) -> usize {
+        let rows = self.step.a.bytes() + self.step.x.iter().map(|x| x.bytes()).sum::<usize>();
+        let powers = match &self.eigen {
+            Some(eigen) => eigen.storage_bytes(),
+            None => self.deflated.bytes() + self.second.as_ref().map_or(0, DeflatedPowers::bytes),
+        };
+        rows + powers + 8 * self.limit.len()
+    }
+}
+
+/// The largest `m ≥ 0` with `big < 2^-m`, or 0 for `big = 1`.
+fn depth(big: f64) -> u32 {
+    if big >= 0.5 {
+        return 0;
+    }
+    // `big = f · 2^e` with `f` in [1/2, 1), so that `m = -e`.
+    let exponent = |x: f64| (x.to_bits() >> 52) as i32 - 1022;
+    let e = if big >= f64::MIN_POSITIVE { exponent(big) } else { exponent(big * 2f64.powi(64)) - 64 };
+    (-e) as u32
+}
+
+/// `x · 2^m` without overflow of the power.
+fn scale_up(x: f64, m: u32) -> f64 {
+    let half = (m / 2) as i32;
+    x * 2f64.powi(half) * 2f64.powi(m as i32 - half)
+}
+
+/// Size of the largest eigenvalue below 1; only a scale, any value within a third of it serves.
+fn subdominant(corner: Corner) -> f64 {
+    let n = f64::from(corner.n);
+    let theta = match corner.kind {
+        Kind::Smooth | Kind::Dart => 2.0 * std::f64::consts::PI / n,
+        Kind::Crease | Kind::Corner => std::f64::consts::PI / n,
+        Kind::Pinned => 0.0,
+    };
+    let sine = tangent::wave_eigenvalue(theta);
+    if corner.kind == Kind::Smooth { sine } else { sine.max(0.5) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_is_exact_down_to_the_smallest_number() {
+        assert_eq!([1.0, 0.5, 0.4999, 0.25, 0.2499].map(depth), [0, 0, 1, 1, 2]);
+        for m in 1..1074 {
+            let x = if m < 1022 { 2f64.powi(-m) } else { 2f64.powi(-1000) * 2f64.powi(1000 - m) };
+            assert_eq!(depth(x), m as u32 - 1, "2^-{m}");
+            let scaled = scale_up(x, depth(x));
+            assert_eq!(scaled, 0.5);
+        }
+    }
+}
