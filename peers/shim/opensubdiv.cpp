@@ -161,6 +161,7 @@ void peer_level_origins(PeerRefiner const* r, int level, uint8_t* kinds, int* pa
     };
     for (int v = 0; v < l.GetNumVertices(); ++v) set(l.GetVertexChildVertex(v), 0, v);
     for (int e = 0; e < l.GetNumEdges(); ++e) set(l.GetEdgeChildVertex(e), 1, e);
+    if (r->refiner->GetSchemeType() == Sdc::SCHEME_LOOP) return;  // no face points, and no array to ask
     for (int f = 0; f < l.GetNumFaces(); ++f) set(l.GetFaceChildVertex(f), 2, f);
 }
 
