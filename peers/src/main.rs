@@ -1,28 +1,48 @@
 //! Programs that run other implementations of subdivision surfaces beside ours. `peers` without arguments lists them.
 
+mod compare_refine;
+mod dump_reference;
 mod opensubdiv;
+mod random_shapes;
 mod shape;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "usage:
-  peers show FILE.obj LEVEL     OpenSubdiv's faces, edges and vertices of one level as text";
+  peers compare-refine                     our refinement against OpenSubdiv's: regression shapes, levels 0 to 5
+  peers compare-refine LEVELS FILE.obj...  the same on any files
+  peers compare-random COUNT [FIRST_SEED]  the same on random meshes and tags, levels 0 to 3
+  peers dump-reference OUT_DIR             OpenSubdiv's refinement of the regression shapes, for the core's tests
+  peers show FILE.obj LEVEL                OpenSubdiv's faces, edges and vertices of one level as text
+Levels are 15 at most.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let result = match words.as_slice() {
-        ["show", file, level] => level.parse().map_err(|e| format!("{level}: {e}")).and_then(|l| show(file, l)),
-        _ => Err(USAGE.to_string()),
-    };
-    match result {
+    match run(&words) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("{message}");
             ExitCode::FAILURE
         }
     }
+}
+
+fn run(words: &[&str]) -> Result<(), String> {
+    match words {
+        ["compare-refine"] => compare_refine::regression_shapes(&shapes_folder()),
+        ["compare-refine", levels, files @ ..] => compare_refine::files(number(levels)?, files),
+        ["compare-random", count] => compare_refine::random(&shapes_folder(), number(count)?, 0),
+        ["compare-random", count, seed] => compare_refine::random(&shapes_folder(), number(count)?, number(seed)?),
+        ["dump-reference", out] => dump_reference::run(&shapes_folder(), Path::new(out)),
+        ["show", file, level] => show(file, number(level)?),
+        _ => Err(USAGE.to_string()),
+    }
+}
+
+fn number<T: std::str::FromStr<Err = std::num::ParseIntError>>(word: &str) -> Result<T, String> {
+    word.parse().map_err(|e| format!("{word}: {e}"))
 }
 
 /// The shapes lie beside the repository.
