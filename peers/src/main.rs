@@ -1,12 +1,9 @@
 //! Programs that run other implementations of subdivision surfaces beside ours. `peers` without arguments lists them.
 
-mod compare_refine;
-mod dump_reference;
-mod opensubdiv;
-mod random_shapes;
-mod shape;
-
-use std::path::{Path, PathBuf};
+use peers::opensubdiv::{self, VertexOrder};
+use peers::shape::Shape;
+use peers::{compare_refine, dump_reference, shapes_folder};
+use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "usage:
@@ -45,14 +42,9 @@ fn number<T: std::str::FromStr<Err = std::num::ParseIntError>>(word: &str) -> Re
     word.parse().map_err(|e| format!("{word}: {e}"))
 }
 
-/// The shapes lie beside the repository.
-fn shapes_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models/opensubdiv_shapes")
-}
-
 fn show(file: &str, level: u32) -> Result<(), String> {
-    let shape = shape::Shape::read(Path::new(file))?;
-    let levels = opensubdiv::refine(&shape, level, opensubdiv::VertexOrder::default())?;
+    let shape = Shape::read(Path::new(file))?;
+    let levels = opensubdiv::refine(&shape, level, VertexOrder::default())?;
     let l = levels.last().expect("level 0 at least");
     let mut corner = 0;
     for (f, &n) in l.face_counts.iter().enumerate() {

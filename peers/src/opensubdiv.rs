@@ -425,9 +425,24 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_that_is_no_edge_is_reported_or_ignored_but_never_fatal() {
+    fn a_crease_that_is_no_edge_is_ignored() {
         let mut shape = cube();
         shape.tags.creases.push(subsurf::Crease::new(0, 5, 2.0));
-        let _ = refine(&shape, 1, VertexOrder::default());
+        let levels = refine(&shape, 1, VertexOrder::default()).unwrap();
+        assert!(levels[1].edge_sharpness.iter().all(|&s| s == 0.0));
+    }
+
+    #[test]
+    #[ignore = "needs ../shared/models; cargo test -- --ignored"]
+    fn limits_and_samples_of_every_regression_shape_are_finite() {
+        for shape in crate::shape::shapes(&crate::shapes_folder(), &["catmark_", "bilinear_", "loop_"]).unwrap() {
+            let jets = limit(&shape, 2, VertexOrder::default()).unwrap();
+            assert!(jets.iter().all(|j| j.position.iter().all(|x| x.is_finite())), "{}", shape.name);
+            let sample = |f| Sample { ptex_face: f, uv: [0.25, 0.5] };
+            let samples: Vec<Sample> = (0..shape.counts.len() as u32).map(sample).collect();
+            let jets = eval(&shape, &samples, Approximation::default()).unwrap();
+            // All but the faces that boundary rule "none" and tags turn into holes have a surface.
+            assert!(jets.iter().any(|j| j.position.iter().all(|x| x.is_finite())), "{}", shape.name);
+        }
     }
 }
