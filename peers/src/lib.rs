@@ -1,0 +1,14 @@
+//! Other implementations of subdivision surfaces beside ours: reference numbers, comparison.
+
+pub mod compare_refine;
+pub mod dump_reference;
+pub mod opensubdiv;
+pub mod random_shapes;
+pub mod shape;
+
+use std::path::{Path, PathBuf};
+
+/// OpenSubdiv's regression shapes, which lie beside the repository.
+pub fn shapes_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models/opensubdiv_shapes")
+}
