@@ -359,8 +359,13 @@ impl Topology {
             let at = |h: &&u32| self.edge[**h as usize] == e || self.edge(self.prev(HalfEdge(**h))) == Edge(e);
             corners.iter().filter(at).count()
         };
+        let mut edge_count: BTreeMap<u32, usize> = BTreeMap::new();
+        self.edge_vertices.iter().flatten().for_each(|&v| *edge_count.entry(v).or_default() += 1);
         edges.retain(|v, list| {
             let corners = &corners[v];
+            if corners.len() <= edge_count[v] {
+                return false;
+            }
             let (a, b) = (list[0], list[1]);
             if faces_at(a, corners) != faces_at(b, corners) {
                 return false;
