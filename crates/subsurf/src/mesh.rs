@@ -1,6 +1,6 @@
 //! The control mesh: faces and tags, no positions. Checked once, in the constructor.
 
-use crate::tags::{INFINITE_SHARPNESS, Tags};
+use crate::tags::{INFINITE_SHARPNESS, Rules, Tags};
 use thiserror::Error;
 
 /// Why a control mesh could not be made. Faces, vertices and creases are counted from 0.
@@ -227,6 +227,12 @@ impl ControlMesh {
     /// Creases, corners, holes and rules.
     pub fn tags(&self) -> &Tags {
         &self.tags
+    }
+
+    /// The same mesh under other rules.
+    pub fn with_rules(mut self, rules: Rules) -> Self {
+        self.tags.rules = rules;
+        self
     }
 }
 
