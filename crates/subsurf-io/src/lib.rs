@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod gltf;
 mod line;
 mod number;
 mod obj;
@@ -16,6 +17,7 @@ mod weld;
 mod words;
 mod write_error;
 
+pub use gltf::write_glb;
 pub use obj::read_obj;
 pub use obj_write::write_obj;
 pub use output::{Attribute, FaceSizes, OutputError, OutputMesh, Real};
