@@ -84,6 +84,7 @@ pub fn write_to<T: Real>(out: impl Write, format: Format, mesh: &OutputMesh<'_, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::FaceSizes;
 
     #[test]
     fn the_extension_decides_in_either_case() {
@@ -104,5 +105,30 @@ mod tests {
             error.to_string(),
             format!("{manifest}: cannot tell the format from the name; supported for reading: .obj")
         );
+    }
+
+    #[test]
+    fn a_failed_write_keeps_what_was_there_and_leaves_nothing_beside() {
+        let folder = std::env::temp_dir().join(format!("subsurf-io-write-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.ply");
+        fs::write(&path, "kept").unwrap();
+        let mut mesh = OutputMesh {
+            positions: &[[f32::NAN; 3]; 3],
+            sizes: FaceSizes::Uniform(3),
+            corners: &[0, 1, 2],
+            normals: None,
+            texture: None,
+            tags: None,
+        };
+        assert!(matches!(write(&path, &mesh), Err(WriteError::Mesh { .. })));
+        assert_eq!(fs::read(&path).unwrap(), b"kept");
+        assert!(matches!(write(&folder, &mesh), Err(WriteError::UnknownFormat { .. })));
+        assert!(matches!(write(folder.join("none/a.ply"), &mesh), Err(WriteError::NoFolder { .. })));
+        mesh.positions = &[[0.0; 3]; 3];
+        write(&path, &mesh).unwrap();
+        assert!(fs::read(&path).unwrap().starts_with(b"ply\n"));
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
     }
 }
