@@ -234,12 +234,6 @@ impl ControlMesh {
     pub fn tags(&self) -> &Tags {
         &self.tags
     }
-
-    /// The same mesh under other rules.
-    pub fn with_rules(mut self, rules: Rules) -> Self {
-        self.tags.rules = rules;
-        self
-    }
 }
 
 /// `sharpness` clamped to `[0, 10]`.

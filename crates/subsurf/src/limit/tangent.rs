@@ -336,7 +336,8 @@ mod tests {
         for corner in corners() {
             let step = LocalStep::new(corner);
             let mask = limit_mask(corner, &step);
-            assert!(residual(&mask, 1.0, &step) < 1e-15, "{corner:?}");
+            // Weights below 1, each a sum of up to K products.
+            assert!(residual(&mask, 1.0, &step) < step.points as f64 * f64::EPSILON, "{corner:?}");
             assert!((mask.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         }
     }

@@ -81,7 +81,7 @@ impl Local {
                 (0..points).map(|p| (n - 2.0) / n * point(0)[p] + (e[p] + f[p]) / n).collect()
             }
             Kind::Crease => mask(&[(0, 0.75), (edge(0), 0.125), (edge(n), 0.125)]),
-            Kind::Corner => point(0),
+            Kind::Corner | Kind::Pinned => point(0),
         });
         for j in 0..edges {
             rows.push(edge_row(j));
