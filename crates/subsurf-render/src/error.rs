@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// Most pixels along one side.
 pub const MAX_SIDE: u32 = 16_384;
-/// Most pixels of one picture: an 8K frame (7680 × 4320) fits. About 90 bytes of memory go with each.
+/// Most pixels of one picture: an 8K frame (7680 × 4320) fits. About 150 bytes of memory go with each while it is made.
 pub const MAX_PIXELS: u64 = 1 << 25;
 /// Most samples per pixel.
 pub const MAX_SAMPLES: u32 = 4096;
