@@ -128,8 +128,9 @@ impl EigenForm {
     }
 
     /// `row := row · (A^m - 1 lᵀ) / scale^m`, `l` the limit mask. Any depth m will do: the papers' clamping of (u,v) away
-    /// from the vertex is not needed. Nothing for `m = 0`.
-    pub(crate) fn apply(&self, m: u32, row: &mut [f64]) {
+    /// from the vertex is not needed. Nothing for `m = 0`. With `without_half` the modes of eigenvalue 1/2 are left out too: for second
+    /// derivatives where those modes are linear functions.
+    pub(crate) fn apply(&self, m: u32, row: &mut [f64], without_half: bool) {
         if m == 0 {
             return;
         }
@@ -137,6 +138,9 @@ impl EigenForm {
         // The constant is apart.
         coefficients[0] = 0.0;
         for block in &self.blocks {
+            if without_half && block.eigenvalue == 0.5 {
+                coefficients[block.start..block.start + block.size].fill(0.0);
+            }
             let [diagonal, below] = self.relative_power(block, m);
             for at in block.start..block.start + block.size {
                 let next = if at + 1 < block.start + block.size { coefficients[at + 1] } else { 0.0 };

@@ -62,10 +62,12 @@ impl SpecialVertex {
         let scale = subdominant(corner);
         let constant = (1.0, ones, limit.clone());
         let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
-        let second = tangent::linear_mode(corner, &step).map(|(r, l)| {
-            // Crease with one face: next eigenvalue 1/4. Dart of valence 4: its even mode, near 0.42.
-            let next = if corner.kind == Kind::Crease { 0.25 } else { 0.42 };
-            DeflatedPowers::new(&step.a, next, vec![constant, (0.5, r, l)])
+        let linear = tangent::linear_modes(corner, &step);
+        let second = (!linear.is_empty()).then(|| {
+            // A scale near the next eigenvalue, which is 1/4 on a crease with one face and 0.31 at a dart of valence 4.
+            let next = if corner.kind == Kind::Crease { 0.25 } else { 0.31 };
+            let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
+            DeflatedPowers::new(&step.a, next, std::iter::once(constant).chain(halves).collect())
         });
         let eigen = match method {
             Method::Deflated => None,
@@ -122,7 +124,7 @@ impl SpecialVertex {
     fn power(&self, m: u32, times: i32, row: &mut Vec<f64>) -> f64 {
         let growth = 2f64.powi(times);
         if let Some(eigen) = &self.eigen {
-            eigen.apply(m, row);
+            eigen.apply(m, row, times == 2 && self.second.is_some());
             return (growth * eigen.scale()).powi(m as i32);
         }
         let deflated = match &self.second {

@@ -232,8 +232,7 @@ fn dart(corner: Corner, step: &LocalStep) -> Tangents {
     }
 }
 
-/// The left vector of the largest eigenvalue below 1 among those symmetric about the dart edge, scaled to unit response
-/// to `e_0`, and the eigenvalue.
+/// The left vector of the largest eigenvalue below 1 among those symmetric about the dart edge, and the eigenvalue.
 fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
     let n = corner.n;
     let limit = limit_mask(corner, step);
@@ -265,54 +264,64 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
             break;
         }
     }
-    let unit = row[e(0)];
+    // Unit response to the smooth vertex's cosine wave; at valence 4 that is the linear function along the dart edge.
+    let theta = 2.0 * PI / f64::from(n);
+    let wave = |j: u32| {
+        row[e(j)] * (f64::from(j) * theta).cos() + row[f(j)] * alpha(theta) * ((f64::from(j) + 0.5) * theta).cos()
+    };
+    let unit: f64 = (0..n).map(wave).sum();
     row.iter_mut().for_each(|w| *w /= unit);
-    // The scale of a smooth vertex's tangent towards e_0.
-    let scale = smooth_direction(n, 0.0, step.points)[e(0)];
-    row.iter_mut().for_each(|w| *w *= scale);
     (row, eigenvalue)
 }
 
-/// Right and left vector of the eigenvalue 1/2 where its function is linear in the parameters, so that its second
-/// derivatives are exactly zero and must not drown those of the others.
-pub(crate) fn linear_mode(corner: Corner, step: &LocalStep) -> Option<(Vec<f64>, Vec<f64>)> {
-    if !matches!((corner.kind, corner.n), (Kind::Crease, 1) | (Kind::Dart, 4)) {
-        return None;
+/// Right and left vectors of the eigenvalue 1/2 whose functions are linear in the parameters: their second derivatives are
+/// exactly zero and must not drown those of other modes. On a crease with one face it is the function along the crease;
+/// at a dart of valence 4, where all rules keep linear functions, there are two.
+pub(crate) fn linear_modes(corner: Corner, step: &LocalStep) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let grid = || grid_coordinates(corner);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    match (corner.kind, corner.n) {
+        (Kind::Crease, 1) => {
+            let mut along = vec![0.0; step.points];
+            (along[e(0)], along[e(1)]) = (0.5, -0.5);
+            vec![(grid().iter().map(|p| p[0] - p[1]).collect(), along)]
+        }
+        (Kind::Dart, 4) => {
+            // Along the dart edge and perpendicular to it.
+            let [x, y] = spoke_direction(corner, 0);
+            let along: Vec<f64> = grid().iter().map(|p| x * p[0] + y * p[1]).collect();
+            let across: Vec<f64> = grid().iter().map(|p| x * p[1] - y * p[0]).collect();
+            let pair = |r: Vec<f64>, mut l: Vec<f64>| {
+                let unit = dot(&l, &r);
+                l.iter_mut().for_each(|w| *w /= unit);
+                (r, l)
+            };
+            vec![pair(along, even_mode(corner, step).0), pair(across, smooth_direction(4, 1.0, step.points))]
+        }
+        _ => Vec::new(),
     }
-    // Grid coordinates of the canonical points, face i being the unit square.
-    let spoke = |j: u32| [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][((j + 4 - corner.i) % 4) as usize];
+}
+
+/// Direction of spoke `j` where spokes meet at right angles and face `i` is the unit square.
+fn spoke_direction(corner: Corner, j: u32) -> [f64; 2] {
+    [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][((j + 4 - corner.i) % 4) as usize]
+}
+
+/// The canonical points' places in the parameter plane, where spokes meet at right angles.
+fn grid_coordinates(corner: Corner) -> Vec<[f64; 2]> {
     let mut grid = vec![[0.0, 0.0]];
     for j in 0..corner.n {
-        let (p, q): ([f64; 2], [f64; 2]) = (spoke(j), spoke(j + 1));
+        let (p, q) = (spoke_direction(corner, j), spoke_direction(corner, j + 1));
         grid.extend([p, [p[0] + q[0], p[1] + q[1]]]);
     }
-    let [sharp_u, sharp_v] = [corner.i == 0, corner.i + 1 == corner.n];
-    if corner.kind == Kind::Crease {
-        grid.push(spoke(corner.n));
+    if !corner.kind.is_closed() {
+        grid.push(spoke_direction(corner, corner.n));
     }
+    let [sharp_u, sharp_v] = [corner.i == 0, corner.i + 1 == corner.n];
     grid.extend((!sharp_u).then_some([2.0, -1.0]));
     grid.extend([[2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0]]);
     grid.extend((!sharp_v).then_some([-1.0, 2.0]));
-    let across = match corner.kind {
-        Kind::Crease => [1.0, -1.0],
-        _ => {
-            // Perpendicular to the dart edge.
-            let [x, y] = spoke(0);
-            [-y, x]
-        }
-    };
-    let r: Vec<f64> = grid.iter().map(|p| across[0] * p[0] + across[1] * p[1]).collect();
-    let mut l = match corner.kind {
-        Kind::Crease => {
-            let mut along = vec![0.0; step.points];
-            (along[e(0)], along[e(1)]) = (0.5, -0.5);
-            along
-        }
-        _ => smooth_direction(4, 1.0, step.points),
-    };
-    let unit: f64 = l.iter().zip(&r).map(|(x, y)| x * y).sum();
-    l.iter_mut().for_each(|w| *w /= unit);
-    Some((r, l))
+    grid
 }
 
 #[cfg(test)]
@@ -361,11 +370,14 @@ mod tests {
         for (kind, n) in [(Kind::Crease, 1), (Kind::Dart, 4)] {
             for i in 0..n {
                 let step = LocalStep::new(Corner { kind, n, i });
-                let (r, l) = linear_mode(Corner { kind, n, i }, &step).unwrap();
-                assert!(residual(&l, 0.5, &step) < 1e-15);
-                for k in 0..step.points {
-                    let image: f64 = step.a.row(k).map(|(c, w)| w * r[c as usize]).sum();
-                    assert!((image - 0.5 * r[k]).abs() < 1e-15, "{kind:?} face {i} point {k}");
+                let modes = linear_modes(Corner { kind, n, i }, &step);
+                assert_eq!(modes.len(), if kind == Kind::Dart { 2 } else { 1 });
+                for (r, l) in modes {
+                    assert!(residual(&l, 0.5, &step) < 1e-15);
+                    for k in 0..step.points {
+                        let image: f64 = step.a.row(k).map(|(c, w)| w * r[c as usize]).sum();
+                        assert!((image - 0.5 * r[k]).abs() < 1e-15, "{kind:?} face {i} point {k}");
+                    }
                 }
             }
         }

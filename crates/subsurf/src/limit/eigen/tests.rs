@@ -20,7 +20,7 @@ fn power<const N: usize>(form: &EigenForm, m: u32, c: &[[f64; N]]) -> ([f64; N],
     let image = |p| {
         let mut row = vec![0.0; c.len()];
         row[p] = 1.0;
-        form.apply(m, &mut row);
+        form.apply(m, &mut row, false);
         combine(&row, &difference)
     };
     (limit, (0..c.len()).map(image).collect())
