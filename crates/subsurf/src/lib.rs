@@ -12,6 +12,7 @@ mod scheme;
 pub mod shapes;
 mod sharpness;
 mod tags;
+mod tessellate;
 mod topology;
 
 pub use index::{Edge, Face, HalfEdge, Vertex};
@@ -21,4 +22,5 @@ pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
+pub use tessellate::{FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, Tessellation};
 pub use topology::Topology;

@@ -5,6 +5,7 @@ mod corner;
 mod deflated;
 mod eigen;
 mod jet;
+mod level;
 mod local_step;
 mod patch_table;
 pub(crate) mod plan;
@@ -13,6 +14,8 @@ mod single_crease;
 mod special;
 mod tangent;
 
+pub(crate) use bspline::cubic;
+pub(crate) use jet::unit_normal;
 pub use jet::{Curvature, Derivatives, Jet, Location};
 pub use patch_table::{PatchTable, TableSize};
 pub use plan::PatchKind;
@@ -110,5 +113,17 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
             add_scaled(&mut sum, 1.0, &base);
         }
         sum
+    }
+
+    /// A patch's control points relative to the first of them, which is returned.
+    pub(crate) fn gather(&self, patch: usize, out: &mut Vec<[f64; N]>) -> [f64; N] {
+        let ring = self.table.ring(patch);
+        let base = self.points[ring[0] as usize].map(T::to_f64);
+        out.clear();
+        out.extend(ring.iter().map(|&v| {
+            let p = self.points[v as usize];
+            std::array::from_fn(|i| p[i].to_f64() - base[i])
+        }));
+        base
     }
 }

@@ -193,7 +193,8 @@ impl Topology {
             half_edges.iter().map(|&h| new_of.get(&self.twin[h as usize]).copied().unwrap_or(NONE)).collect();
         let face = (0..around.faces.len())
             .flat_map(|f| std::iter::repeat_n(f as u32, (face_offset[f + 1] - face_offset[f]) as usize));
-        let own = self.sides(Face(self.face[around.faces[0] as usize]));
+        // The face's own corners come first in the ring; a degenerate face names one twice.
+        let own = origin[..face_offset[1] as usize].iter().max().map_or(0, |&v| v as usize + 1);
         let is_own = |v: u32| (v as usize) < own;
 
         // Edges keep their identity, so that the two faces of a non-manifold edge still share it.

@@ -1,0 +1,179 @@
+//! The limit surface as a mesh. Samples on shared vertices and edges are evaluated once, by their owner, and used by
+//! index, so that tessellations are watertight by construction and have the same bits on any number of threads.
+//!
+//! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
+
+mod facets;
+mod layout;
+mod normals;
+mod rates;
+mod sample;
+
+use crate::limit::LimitSurface;
+use crate::mesh::MAX_COUNT;
+use crate::real::Real;
+use layout::Layout;
+pub(crate) use layout::corner_location;
+use rayon::prelude::*;
+use sample::Sampler;
+use thiserror::Error;
+
+/// How finely to tessellate.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Rates {
+    /// Every quad becomes `rate × rate` facets. Faces that are no quads are tessellated through their sub-faces, at half
+    /// the rate; an odd rate is rounded up to even where the mesh has such faces.
+    Uniform(u32),
+    /// As coarse as possible with every facet within this distance of the surface, in model units, measured at the
+    /// middle of facets and their sides. Never finer than [`FINEST`] per side.
+    Tolerance(f64),
+    /// Facet sides of at most this length along the surface, in model units. Never finer than [`FINEST`] per side.
+    EdgeLength(f64),
+}
+
+/// Largest number of facets along one side of a face under adaptive rates.
+pub const FINEST: u32 = 512;
+
+/// Shape of facets.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Facets {
+    /// Quads; triangles only where adaptive rates meet.
+    #[default]
+    Quads,
+    /// Triangles only.
+    Triangles,
+}
+
+/// What to produce.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TessellateOptions {
+    /// How finely.
+    pub rates: Rates,
+    /// Shape of facets.
+    pub facets: Facets,
+    /// Whether to evaluate normals.
+    pub normals: bool,
+    /// Whether to say of every facet which part of which face it is.
+    pub places: bool,
+}
+
+impl Default for TessellateOptions {
+    fn default() -> Self {
+        Self { rates: Rates::Uniform(8), facets: Facets::Quads, normals: true, places: false }
+    }
+}
+
+/// A mesh of the limit surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tessellation<T> {
+    /// One point per shared sample.
+    pub positions: Vec<[T; 3]>,
+    /// Start of every facet in `corners`, and the end of the last one.
+    pub face_offsets: Vec<u32>,
+    /// Points of all facets, counter-clockwise.
+    pub corners: Vec<u32>,
+    /// Unit normals: one per point, then further ones for the other sides of infinitely sharp creases. Empty if they
+    /// were not asked for.
+    pub normals: Vec<[T; 3]>,
+    /// Normal of every facet corner; empty where normals go by the same indices as points.
+    pub normal_corners: Vec<u32>,
+    /// Where each facet lies, if asked for.
+    pub places: Option<Places>,
+}
+
+/// Where each facet of a tessellation lies on the control mesh.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Places {
+    /// Face and sub-face of every facet.
+    pub facet: Vec<(u32, u32)>,
+    /// Parameters of every facet corner in that sub-face.
+    pub corner_uv: Vec<[f64; 2]>,
+}
+
+/// Why a surface could not be tessellated.
+#[derive(Clone, PartialEq, Debug, Error)]
+#[non_exhaustive]
+pub enum TessellateError {
+    /// A rate of zero.
+    #[error("the tessellation rate is 0; use at least 1")]
+    ZeroRate,
+    /// A tolerance or length that is no positive number.
+    #[error("a {what} of {value} makes no sense; use a positive number")]
+    NotPositive {
+        /// "tolerance" or "edge length".
+        what: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// More points or facet corners than 32-bit indices can name.
+    #[error("the tessellation would have {count} {what}; at most {limit} are supported: use a lower rate")]
+    TooLarge {
+        /// "points" or "facet corners".
+        what: &'static str,
+        /// How many there would be.
+        count: u64,
+        /// How many there may be.
+        limit: u64,
+    },
+}
+
+impl<T: Real> LimitSurface<'_, T, 3> {
+    /// Tessellates the surface, holes left out.
+    ///
+    /// # Errors
+    /// [`TessellateError`]: rates that are not positive, or a result too large for 32-bit indices.
+    pub fn tessellate(&self, options: &TessellateOptions) -> Result<Tessellation<T>, TessellateError> {
+        let rates = rates::choose(self, options.rates)?;
+        let layout = Layout::new(self.table(), rates);
+        layout.check()?;
+        let sides =
+            if options.normals { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
+        let sampler = Sampler::new(*self, &layout, options.normals);
+
+        let mut positions = vec![[T::default(); 3]; layout.points()];
+        let mut normals = vec![[T::default(); 3]; if options.normals { layout.points() + sides.extra() } else { 0 }];
+        let (vertex_points, rest) = positions.split_at_mut(layout.vertices());
+        let (edge_points, face_points) = rest.split_at_mut(layout.edge_points());
+        let mut normal_parts: [&mut [[T; 3]]; 4] = Default::default();
+        if options.normals {
+            let (a, rest) = normals.split_at_mut(layout.vertices());
+            let (b, rest) = rest.split_at_mut(layout.edge_points());
+            let (c, d) = rest.split_at_mut(layout.face_points());
+            normal_parts = [a, b, c, d];
+        }
+        let [vertex_normals, edge_normals, face_normals, extra_normals] = normal_parts;
+        sampler.vertices(vertex_points, vertex_normals);
+        sampler.edges(edge_points, edge_normals);
+        sampler.faces(face_points, face_normals);
+        sampler.extra_normals(&sides, extra_normals);
+
+        let chunks: Vec<facets::FacetList> = layout
+            .face_chunks()
+            .into_par_iter()
+            .map(|faces| facets::of_faces(self.table(), &layout, &sides, faces, options))
+            .collect();
+        let corners: u64 = chunks.iter().map(|c| c.corners.len() as u64).sum();
+        if corners > MAX_COUNT as u64 {
+            return Err(TessellateError::TooLarge { what: "facet corners", count: corners, limit: MAX_COUNT as u64 });
+        }
+        let mut out = Tessellation {
+            positions,
+            face_offsets: vec![0],
+            corners: Vec::with_capacity(corners as usize),
+            normals,
+            normal_corners: Vec::new(),
+            places: options.places.then(Places::default),
+        };
+        for chunk in chunks {
+            let base = out.corners.len() as u32;
+            out.face_offsets.extend(chunk.ends.iter().map(|end| base + end));
+            out.corners.extend_from_slice(&chunk.corners);
+            out.normal_corners.extend_from_slice(&chunk.normal_corners);
+            if let Some(places) = &mut out.places {
+                places.facet.extend_from_slice(&chunk.places);
+                places.corner_uv.extend_from_slice(&chunk.corner_uv);
+            }
+        }
+        Ok(out)
+    }
+}

@@ -1,0 +1,125 @@
+//! Which facet corners need a normal of their own: the further sides of infinitely sharp creases, and the faces at cone
+//! points.
+
+use super::layout::Layout;
+use crate::index::{Edge, HalfEdge};
+use crate::limit::PatchTable;
+use crate::tags::INFINITE_SHARPNESS;
+use crate::topology::NONE;
+use std::collections::BTreeMap;
+
+/// Normals beyond one per point.
+#[derive(Default)]
+pub(super) struct Sides {
+    /// Face corners (named by their half-edge) whose normal is not that of the vertex's owner: index among the extra ones.
+    corner: BTreeMap<u32, u32>,
+    /// Half-edges along which normals are not those of the edge's owner: first index among the extra ones.
+    edge: BTreeMap<u32, u32>,
+    /// What evaluates each extra normal.
+    pub sources: Vec<Source>,
+    /// Number of points, where extra normals start.
+    points: u32,
+}
+
+/// Where an extra normal is evaluated.
+#[derive(Clone, Copy)]
+pub(super) enum Source {
+    Corner(HalfEdge),
+    Edge(HalfEdge, u32),
+}
+
+impl Sides {
+    pub fn new(table: &PatchTable, layout: &Layout<'_>) -> Self {
+        let t = table.topology();
+        let mut sides = Self { points: layout.points() as u32, ..Self::default() };
+        let in_hole = |h: HalfEdge| t.is_hole(t.face(h));
+        for (v, &owner) in layout.vertex_owner.iter().enumerate() {
+            if owner == NONE {
+                continue;
+            }
+            let sharp_edges = |e: &&u32| t.is_infinitely_sharp(Edge(**e));
+            let sharp = t.sharp_edges(crate::index::Vertex(v as u32)).iter().filter(sharp_edges).count();
+            if sharp >= 2 || t.vertex_sharpness[v] >= INFINITE_SHARPNESS {
+                sides.corner.insert(v as u32, NONE);
+            }
+        }
+        // So far by vertex; now by corner.
+        let split = std::mem::take(&mut sides.corner);
+        let mut leaders: BTreeMap<u32, u32> = BTreeMap::new();
+        for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
+            let v = t.origin(h);
+            if !split.contains_key(&v.0) || in_hole(h) {
+                continue;
+            }
+            let owner = layout.vertex_owner[v.index()];
+            let leader = sector_leader(table, h);
+            if leader == sector_leader(table, HalfEdge(owner)) {
+                continue;
+            }
+            let index = *leaders.entry(leader.0).or_insert_with(|| {
+                sides.sources.push(Source::Corner(h));
+                sides.sources.len() as u32 - 1
+            });
+            sides.corner.insert(h.0, index);
+        }
+        for (e, owner) in layout.edges() {
+            if !t.is_infinitely_sharp(e) {
+                continue;
+            }
+            for h in half_edges_of(table, e).into_iter().filter(|&h| h.0 != owner && !in_hole(h)) {
+                sides.edge.insert(h.0, sides.sources.len() as u32);
+                sides.sources.extend((1..layout.rates.edge[e.index()]).map(|k| Source::Edge(h, k)));
+            }
+        }
+        sides
+    }
+
+    pub fn extra(&self) -> usize {
+        self.sources.len()
+    }
+
+    /// The normal of the corner at the start of `h`, whose point is `point`.
+    pub fn corner(&self, h: HalfEdge, point: u32) -> u32 {
+        self.corner.get(&h.0).map_or(point, |i| self.points + i)
+    }
+
+    /// The normal of point `k` along half-edge `h`, whose point is `point`.
+    pub fn along(&self, h: HalfEdge, k: u32, point: u32) -> u32 {
+        self.edge.get(&h.0).map_or(point, |first| self.points + first + k - 1)
+    }
+}
+
+/// The half-edge that stands for the sector at the start of `h`: at cone points every corner is its own.
+fn sector_leader(table: &PatchTable, h: HalfEdge) -> HalfEdge {
+    let t = table.topology();
+    let sharp = |h: HalfEdge| t.is_infinitely_sharp(t.edge(h));
+    let mut first = h;
+    while !sharp(first) {
+        match t.turn_right(first) {
+            Some(next) if next != h => first = next,
+            // All the way round without a sharp edge: a cone point.
+            _ => return h,
+        }
+    }
+    // A single sharp edge at a pinned vertex: the sector wraps round it, with no tangent plane.
+    let mut last = first;
+    while !sharp(t.prev(last)) {
+        match t.turn_left(last) {
+            Some(next) => last = next,
+            None => break,
+        }
+    }
+    if t.edge(t.prev(last)) == t.edge(first) { h } else { first }
+}
+
+/// All sides of an edge.
+fn half_edges_of(table: &PatchTable, e: Edge) -> Vec<HalfEdge> {
+    let t = table.topology();
+    let first = HalfEdge(t.edge_half_edge[e.index()]);
+    match t.twin(first) {
+        Some(twin) => vec![first, twin],
+        None if t.is_boundary(e) => vec![first],
+        // Non-manifold: rare enough to search.
+        None => (0..t.half_edge_count() as u32).map(HalfEdge).filter(|&h| t.edge(h) == e).collect(),
+    }
+}

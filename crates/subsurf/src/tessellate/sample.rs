@@ -1,0 +1,339 @@
+//! Evaluates the samples of a tessellation: patterns of weights shared by all faces of a plan, and the separable form for
+//! bicubic patches.
+
+use super::layout::Layout;
+use super::normals::{Sides, Source};
+use crate::index::{Face, HalfEdge};
+use crate::limit::{LimitSurface, Location, cubic, unit_normal};
+use crate::real::{Real, round};
+use crate::topology::NONE;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// Largest memory for the weights of one plan's pattern, and of all; beyond it weights are computed sample by sample
+/// with the same result. Larger: memory; smaller: time at high rates.
+const PATTERN_BYTES: usize = 32 << 20;
+const ALL_PATTERN_BYTES: usize = 512 << 20;
+
+/// Weights of a plan at all interior samples of a grid, in the plan's own orientation.
+struct Pattern {
+    /// For sample `(j - 1) (cells_u - 1) + i - 1`: rows of position, and of `∂u`, `∂v` where normals are wanted.
+    weights: Vec<f64>,
+}
+
+pub(super) struct Sampler<'a, T> {
+    surface: LimitSurface<'a, T, 3>,
+    layout: &'a Layout<'a>,
+    normals: bool,
+    /// Per plan, for patches of `cells × cells`.
+    patterns: Vec<OnceLock<Pattern>>,
+    /// Cells of the patterns, for quads and for sub-faces; 0 where rates differ from patch to patch.
+    cells: [u32; 2],
+    use_pattern: Vec<bool>,
+}
+
+impl<'a, T: Real> Sampler<'a, T> {
+    pub fn new(surface: LimitSurface<'a, T, 3>, layout: &'a Layout<'a>, normals: bool) -> Self {
+        let table = surface.table();
+        let cells = uniform_cells(layout);
+        // A plan serves quads or sub-faces, never both: its pattern is for the cells of its patches.
+        let mut users = vec![0usize; table.plan_count()];
+        let mut size = vec![0usize; table.plan_count()];
+        for patch in 0..table.patch_count() {
+            if let Some(plan) = table.patch_plan(patch) {
+                users[plan] += 1;
+                let [nu, nv] = layout.rates.patch[patch].map(|n| n as usize);
+                size[plan] = 8 * (nu - 1) * (nv - 1) * table.plan(plan).ring() * if normals { 3 } else { 1 };
+            }
+        }
+        let mut total = 0;
+        let use_pattern = (0..users.len())
+            .map(|plan| {
+                let regular = table.plan(plan).is_regular();
+                let fits = size[plan] <= PATTERN_BYTES && total + size[plan] <= ALL_PATTERN_BYTES;
+                let used = cells != [0, 0] && users[plan] > 1 && !regular && fits;
+                total += if used { size[plan] } else { 0 };
+                used
+            })
+            .collect();
+        let patterns = (0..users.len()).map(|_| OnceLock::new()).collect();
+        Self { surface, layout, normals, patterns, cells, use_pattern }
+    }
+
+    /// Points and normals of all control vertices.
+    pub fn vertices(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+        let owners: Vec<HalfEdge> =
+            self.layout.vertex_owner.iter().filter(|&&o| o != NONE).map(|&o| HalfEdge(o)).collect();
+        let evaluate = |h: HalfEdge| self.single(self.layout.corner_location(h));
+        self.fill(&owners, points, normals, evaluate);
+    }
+
+    /// Points and normals inside all control edges.
+    pub fn edges(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+        let layout = self.layout;
+        let samples: Vec<(HalfEdge, u32)> = layout
+            .edges()
+            .flat_map(|(e, owner)| {
+                debug_assert!(layout.edge_range(e.index()).len() as u32 + 1 == layout.rates.edge[e.index()]);
+                (1..layout.rates.edge[e.index()]).map(move |k| (HalfEdge(owner), k))
+            })
+            .collect();
+        self.fill(&samples, points, normals, |(h, k)| self.single(layout.edge_location(h, k)));
+    }
+
+    /// Normals of the further sides of creases.
+    pub fn extra_normals(&self, sides: &Sides, normals: &mut [[T; 3]]) {
+        normals.par_iter_mut().zip(&sides.sources).for_each(|(n, source)| {
+            let at = match *source {
+                Source::Corner(h) => self.layout.corner_location(h),
+                Source::Edge(h, k) => self.layout.edge_location(h, k),
+            };
+            *n = round(self.single(at).1);
+        });
+    }
+
+    fn fill<S: Copy + Sync>(
+        &self,
+        samples: &[S],
+        points: &mut [[T; 3]],
+        normals: &mut [[T; 3]],
+        evaluate: impl Fn(S) -> ([f64; 3], [f64; 3]) + Sync,
+    ) {
+        if self.normals {
+            points.par_iter_mut().zip(normals).zip(samples).for_each(|((p, n), &s)| {
+                let (position, normal) = evaluate(s);
+                (*p, *n) = (round(position), round(normal));
+            });
+        } else {
+            points.par_iter_mut().zip(samples).for_each(|(p, &s)| *p = round(evaluate(s).0));
+        }
+    }
+
+    /// One sample by itself, with a normal in any case.
+    fn single(&self, at: Location) -> ([f64; 3], [f64; 3]) {
+        let outside = "holes have no samples";
+        if !self.normals {
+            return (self.surface.position(at).expect(outside), [0.0; 3]);
+        }
+        let jet = self.surface.eval(at).expect(outside);
+        let normal = jet.normal().or_else(|| unit_normal(jet.du, jet.dv)).unwrap_or_else(|| self.normal_nearby(at));
+        (jet.position, normal)
+    }
+
+    /// Where the surface has no tangent plane: the normal a little further inside the face.
+    fn normal_nearby(&self, at: Location) -> [f64; 3] {
+        for step in [1e-4, 1e-2, 0.25] {
+            let inside = |x: f64| x + (0.5 - x) * step;
+            let near = Location { u: inside(at.u), v: inside(at.v), ..at };
+            if let Some(n) = self.surface.eval(near).and_then(|jet| jet.normal()) {
+                return n;
+            }
+        }
+        [0.0, 0.0, 1.0]
+    }
+
+    /// Points and normals inside all faces.
+    pub fn faces(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+        let layout = self.layout;
+        let mut tasks = Vec::new();
+        let (mut points, mut normals) = (points, normals);
+        for faces in layout.face_chunks() {
+            let len = layout.face_range(&faces).len();
+            let (p, rest) = points.split_at_mut(len);
+            points = rest;
+            let (n, rest) = normals.split_at_mut(if self.normals { len } else { 0 });
+            normals = rest;
+            tasks.push((faces, p, n));
+        }
+        tasks.into_par_iter().for_each_init(Vec::new, |ring, (faces, points, normals)| {
+            let mut out = Output { points, normals, at: 0 };
+            for f in faces.map(Face).filter(|&f| !layout.table.topology().is_hole(f)) {
+                self.face(f, ring, &mut out);
+            }
+        });
+    }
+
+    fn face(&self, f: Face, ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
+        let subfaces = self.layout.table.subfaces(f);
+        if subfaces > 1 {
+            let n = self.layout.grid(f, 0).cells[0];
+            out.push(self.single(Location { face: f, subface: 0, u: 1.0, v: 1.0 }));
+            for subface in 0..subfaces {
+                for k in 1..n {
+                    let v = f64::from(k) / f64::from(n);
+                    out.push(self.single(Location { face: f, subface, u: 1.0, v }));
+                }
+            }
+        }
+        for subface in 0..subfaces {
+            let grid = self.layout.grid(f, subface);
+            if grid.points() > 0 {
+                self.patch(f, subface, grid.cells, ring, out);
+            }
+        }
+    }
+
+    /// The interior samples of one patch, row by row in v.
+    fn patch(&self, face: Face, subface: u32, cells: [u32; 2], ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
+        let table = self.layout.table;
+        let patch = table.patch(face, subface);
+        let plan = table.patch_plan(patch).expect("holes have no samples");
+        let turn = table.turn(patch);
+        if let Some(points) = table.plan(plan).regular_points() {
+            let base = self.surface.gather(patch, ring);
+            let mut control = [[0.0; 3]; 16];
+            for (k, p) in control.iter_mut().enumerate() {
+                for (c, w) in points.row(k) {
+                    (0..3).for_each(|i| p[i] += w * ring[c as usize][i]);
+                }
+            }
+            return self.bicubic(&turned_grid(control, turn), base, cells, out);
+        }
+        let count = if self.normals { 3 } else { 1 };
+        let length = table.plan(plan).ring();
+        let base = self.surface.gather(patch, ring);
+        let sum = |row: &[f64]| {
+            let mut s = [0.0; 3];
+            row.iter().zip(ring.iter()).for_each(|(w, p)| (0..3).for_each(|i| s[i] += w * p[i]));
+            s
+        };
+        let [nu, nv] = cells;
+        let pattern = self.use_pattern[plan].then(|| self.pattern(plan, cells));
+        for j in 1..nv {
+            for i in 1..nu {
+                let (u, v) = (f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv));
+                let mut rows: [[f64; 3]; 3] = [[0.0; 3]; 3];
+                let mut signs = [1.0, 1.0];
+                match pattern {
+                    Some(pattern) => {
+                        // The plan's grid is turned against the face's.
+                        let (a, b, swap, s) = match turn {
+                            0 => (i, j, false, [1.0, 1.0]),
+                            1 => (j, nu - i, true, [-1.0, 1.0]),
+                            2 => (nu - i, nv - j, false, [-1.0, -1.0]),
+                            _ => (nv - j, i, true, [1.0, -1.0]),
+                        };
+                        let at = ((b - 1) * (nu - 1) + a - 1) as usize * count * length;
+                        for k in 0..count {
+                            rows[k] = sum(&pattern.weights[at + k * length..at + (k + 1) * length]);
+                        }
+                        if swap {
+                            rows.swap(1, 2);
+                        }
+                        signs = s;
+                    }
+                    None => {
+                        let weights = table.plan(plan).weights(u, v, turn, count);
+                        (0..count).for_each(|k| rows[k] = sum(&weights.rows[k]));
+                    }
+                }
+                let [p, du, dv] = rows;
+                let position = [0, 1, 2].map(|k| base[k] + p[k]);
+                let normal = if self.normals {
+                    unit_normal(du.map(|x| signs[0] * x), dv.map(|x| signs[1] * x))
+                        .unwrap_or_else(|| self.normal_nearby(Location { face, subface, u, v }))
+                } else {
+                    [0.0; 3]
+                };
+                out.push((position, normal));
+            }
+        }
+    }
+
+    fn pattern(&self, plan: usize, cells: [u32; 2]) -> &Pattern {
+        debug_assert!(self.cells.contains(&cells[0]) && cells[0] == cells[1]);
+        self.patterns[plan].get_or_init(|| {
+            let plan = self.layout.table.plan(plan);
+            let count = if self.normals { 3 } else { 1 };
+            let mut weights = Vec::with_capacity(((cells[0] - 1) * (cells[1] - 1)) as usize * count * plan.ring());
+            for j in 1..cells[1] {
+                for i in 1..cells[0] {
+                    let (u, v) = (f64::from(i) / f64::from(cells[0]), f64::from(j) / f64::from(cells[1]));
+                    let w = plan.weights(u, v, 0, count);
+                    w.rows[..count].iter().for_each(|row| weights.extend_from_slice(row));
+                }
+            }
+            Pattern { weights }
+        })
+    }
+
+    /// A bicubic patch in separable form: four curves in v per column, then one curve in u per sample.
+    fn bicubic(&self, control: &[[f64; 3]; 16], base: [f64; 3], [nu, nv]: [u32; 2], out: &mut Output<'_, T>) {
+        let bases = |n: u32| -> Vec<[[f64; 4]; 3]> { (0..=n).map(|i| cubic(f64::from(i) / f64::from(n))).collect() };
+        let along_u = bases(nu);
+        for j in 1..nv {
+            let v = cubic(f64::from(j) / f64::from(nv));
+            let mut column = [[[0.0; 3]; 4]; 2];
+            for (order, column) in column.iter_mut().enumerate().take(if self.normals { 2 } else { 1 }) {
+                for x in 0..4 {
+                    for y in 0..4 {
+                        (0..3).for_each(|i| column[x][i] += v[order][y] * control[4 * y + x][i]);
+                    }
+                }
+            }
+            for basis in &along_u[1..nu as usize] {
+                let combine = |w: &[f64; 4], c: &[[f64; 3]; 4]| {
+                    [0, 1, 2].map(|i| w[0] * c[0][i] + w[1] * c[1][i] + w[2] * c[2][i] + w[3] * c[3][i])
+                };
+                let p = combine(&basis[0], &column[0]);
+                let position = [0, 1, 2].map(|i| base[i] + p[i]);
+                let normal = if self.normals {
+                    let (du, dv) = (combine(&basis[1], &column[0]), combine(&basis[0], &column[1]));
+                    unit_normal(du, dv).unwrap_or([0.0, 0.0, 1.0])
+                } else {
+                    [0.0; 3]
+                };
+                out.push((position, normal));
+            }
+        }
+    }
+}
+
+/// The 4×4 grid of a plan as seen from a face whose corner `turn` is the plan's corner 0.
+fn turned_grid(control: [[f64; 3]; 16], turn: u8) -> [[f64; 3]; 16] {
+    let mut out = control;
+    for y in 0..4usize {
+        for x in 0..4usize {
+            // Face coordinates to plan coordinates, as for parameters.
+            let (a, b) = match turn {
+                0 => (x, y),
+                1 => (y, 3 - x),
+                2 => (3 - x, 3 - y),
+                _ => (3 - y, x),
+            };
+            out[4 * y + x] = control[4 * b + a];
+        }
+    }
+    out
+}
+
+/// Cells of quads and of sub-faces where all have the same, else zeros.
+fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
+    let table = layout.table;
+    let mut cells = [0, 0];
+    for f in (0..table.topology().face_count() as u32).map(Face) {
+        let kind = usize::from(table.subfaces(f) > 1);
+        let [nu, nv] = layout.rates.patch[table.patch(f, 0)];
+        if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {
+            return [0, 0];
+        }
+        cells[kind] = nu;
+    }
+    cells
+}
+
+struct Output<'a, T> {
+    points: &'a mut [[T; 3]],
+    normals: &'a mut [[T; 3]],
+    at: usize,
+}
+
+impl<T: Real> Output<'_, T> {
+    fn push(&mut self, (position, normal): ([f64; 3], [f64; 3])) {
+        self.points[self.at] = round(position);
+        if let Some(n) = self.normals.get_mut(self.at) {
+            *n = round(normal);
+        }
+        self.at += 1;
+    }
+}

@@ -1,0 +1,162 @@
+//! Laws of tessellations over all shapes: watertight by index, on the surface, the same on any number of threads.
+
+use std::collections::HashMap;
+use subsurf::shapes::{self, Shape};
+use subsurf::{Face, Facets, Location, PatchTable, Rates, Scheme, TessellateOptions, Tessellation};
+
+fn facets<T>(t: &Tessellation<T>) -> impl Iterator<Item = &[u32]> {
+    t.face_offsets.windows(2).map(|w| &t.corners[w[0] as usize..w[1] as usize])
+}
+
+/// Vertices - edges + faces, of used vertices; and the number of edges that are not shared by two faces in opposite
+/// directions.
+fn euler(faces: impl Iterator<Item = Vec<u32>>) -> (i64, usize) {
+    let (mut edges, mut used, mut count) =
+        (HashMap::<(u32, u32), [u32; 2]>::new(), std::collections::HashSet::new(), 0);
+    for f in faces {
+        count += 1;
+        for i in 0..f.len() {
+            let (a, b) = (f[i], f[(i + 1) % f.len()]);
+            used.insert(a);
+            edges.entry((a.min(b), a.max(b))).or_default()[usize::from(a > b)] += 1;
+        }
+    }
+    let open = edges.values().filter(|n| **n != [1, 1]).count();
+    (used.len() as i64 - edges.len() as i64 + count, open)
+}
+
+fn all_rates() -> Vec<Rates> {
+    vec![
+        Rates::Uniform(1),
+        Rates::Uniform(2),
+        Rates::Uniform(5),
+        Rates::Uniform(8),
+        Rates::Tolerance(0.01),
+        Rates::Tolerance(0.1),
+        Rates::EdgeLength(0.3),
+    ]
+}
+
+fn tessellate(shape: &Shape, rates: Rates, facets: Facets) -> Tessellation<f64> {
+    let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    let options = TessellateOptions { rates, facets, normals: true, places: true };
+    table.surface(&shape.positions).tessellate(&options).unwrap()
+}
+
+/// Shapes whose faces repeat no vertex and have no two edges between the same vertices.
+fn proper_shapes() -> Vec<Shape> {
+    shapes::all().into_iter().filter(|s| !s.name.starts_with("degenerate")).collect()
+}
+
+#[test]
+fn the_euler_characteristic_of_the_cage_is_kept() {
+    for shape in proper_shapes() {
+        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let kept = (0..shape.mesh.face_count()).filter(|&f| !table.topology().is_hole(Face(f as u32)));
+        let cage = euler(kept.map(|f| shape.mesh.face_vertices(f).to_vec()));
+        for rates in all_rates() {
+            for kind in [Facets::Quads, Facets::Triangles] {
+                let mesh = tessellate(&shape, rates, kind);
+                let fine = euler(facets(&mesh).map(<[u32]>::to_vec));
+                assert_eq!(fine.0, cage.0, "{} {rates:?} {kind:?}", shape.name);
+                if cage.1 == 0 {
+                    assert_eq!(fine.1, 0, "{} {rates:?} {kind:?} is not closed", shape.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_facet_corner_lies_on_the_surface_at_its_place() {
+    for shape in shapes::all() {
+        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let surface = table.surface(&shape.positions);
+        for rates in all_rates() {
+            let mesh = tessellate(&shape, rates, Facets::Quads);
+            let places = mesh.places.as_ref().unwrap();
+            assert_eq!(places.facet.len() + 1, mesh.face_offsets.len());
+            for (facet, range) in mesh.face_offsets.windows(2).enumerate() {
+                let (face, subface) = places.facet[facet];
+                for c in range[0] as usize..range[1] as usize {
+                    let [u, v] = places.corner_uv[c];
+                    let at = Location { face: Face(face), subface, u, v };
+                    let p = surface.position(at).unwrap();
+                    let q = mesh.positions[mesh.corners[c] as usize];
+                    let apart = (0..3).map(|i| (p[i] - q[i]).abs()).fold(0.0, f64::max);
+                    assert!(apart < 1e-13, "{} {rates:?} {at:?}: {apart:e}", shape.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn facets_are_seen_from_the_side_of_their_normals() {
+    for shape in [shapes::cube(), shapes::cone(5), shapes::grid(3, 3), shapes::interior_vertex(5)] {
+        for rates in all_rates() {
+            let mesh = tessellate(&shape, rates, Facets::Triangles);
+            let normals = if mesh.normal_corners.is_empty() { &mesh.corners } else { &mesh.normal_corners };
+            for (k, f) in facets(&mesh).enumerate() {
+                let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[f[i] as usize]);
+                let (p, q) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
+                let n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+                let size = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let first = mesh.face_offsets[k] as usize;
+                let m = mesh.normals[normals[first] as usize];
+                let cosine = (0..3).map(|i| n[i] * m[i]).sum::<f64>() / size;
+                assert!(cosine > 0.2, "{} {rates:?} facet {k}: {cosine}", shape.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_and_two_threads_give_the_same_bits() {
+    for shape in shapes::all() {
+        for rates in [Rates::Uniform(4), Rates::Tolerance(0.02)] {
+            let on = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| tessellate(&shape, rates, Facets::Quads))
+            };
+            assert!(on(1) == on(2), "{} {rates:?}", shape.name);
+        }
+    }
+}
+
+#[test]
+fn tolerances_are_kept_at_the_middle_of_facets_and_sides() {
+    for shape in [shapes::cube(), shapes::grid(4, 3), shapes::interior_vertex(5), shapes::cone(5)] {
+        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let surface = table.surface(&shape.positions);
+        for tolerance in [0.03, 0.003] {
+            let mesh = tessellate(&shape, Rates::Tolerance(tolerance), Facets::Triangles);
+            let places = mesh.places.as_ref().unwrap();
+            let mut worst = 0.0f64;
+            for (k, w) in mesh.face_offsets.windows(2).enumerate() {
+                let range = w[0] as usize..w[1] as usize;
+                let n = range.len() as f64;
+                let middle = |of: &dyn Fn(usize) -> f64| range.clone().map(of).sum::<f64>() / n;
+                let (face, subface) = places.facet[k];
+                let [u, v] = [0, 1].map(|i| middle(&|c| places.corner_uv[c][i]));
+                let p = surface.position(Location { face: Face(face), subface, u, v }).unwrap();
+                let q = [0, 1, 2].map(|i| middle(&|c| mesh.positions[mesh.corners[c] as usize][i]));
+                worst = worst.max((0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt());
+            }
+            assert!(worst <= tolerance, "{} {tolerance}: {worst}", shape.name);
+        }
+    }
+}
+
+#[test]
+fn infinitely_sharp_creases_have_two_normals_and_one_point() {
+    let creased = shapes::tagged().into_iter().find(|s| s.name == "single crease, infinite").unwrap();
+    let mesh = tessellate(&creased, Rates::Uniform(4), Facets::Quads);
+    // Four edges of four facets: 3 inner points each, and 3 inner vertices; the two ends lie on the boundary, where the
+    // crease's end is a corner with a sector on either side.
+    assert_eq!(mesh.normals.len(), mesh.positions.len() + 4 * 3 + 3 + 2);
+    assert_eq!(mesh.normal_corners.len(), mesh.corners.len());
+    let smooth = tessellate(&shapes::cube(), Rates::Uniform(4), Facets::Quads);
+    assert_eq!(smooth.normals.len(), smooth.positions.len());
+    assert!(smooth.normal_corners.is_empty());
+}
