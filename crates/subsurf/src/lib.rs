@@ -1,4 +1,39 @@
 //! Subdivision surfaces, evaluated exactly.
+//!
+//! A coarse *control mesh* describes a smooth *limit surface*. This crate evaluates the surface itself, at any point, with
+//! derivatives, next to extraordinary vertices, creases, boundaries and corners alike; no approximating patches, no
+//! isolation depth.
+//!
+//! The tour, in the order of the pipeline:
+//!
+//! 1. [`ControlMesh`]: faces, and [`Tags`] (creases, corners, holes, rules). Checked once, in the constructor.
+//! 2. [`Topology`]: half-edge tables, built in linear time.
+//! 3. [`Level`]: classical refinement, level by level, in OpenSubdiv's order.
+//! 4. [`PatchTable`]: for every face a plan and a ring of control points; once per connectivity.
+//! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
+//! 6. [`Tessellation`]: the limit surface as a watertight mesh.
+//!
+//! ```
+//! use subsurf::{ControlMesh, Crease, Location, PatchTable, Scheme, Tags};
+//!
+//! let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+//! let positions: Vec<[f64; 3]> =
+//!     (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| 2.0 * f64::from(bit) - 1.0)).collect();
+//!
+//! let tags = Tags { creases: vec![Crease::new(4, 5, 2.5)], ..Tags::default() };
+//! let mesh = ControlMesh::new(&faces, tags)?;
+//! let patches = PatchTable::new(&mesh, Scheme::CatmullClark)?; // once per connectivity
+//! let surface = patches.surface(&positions); // once per frame
+//!
+//! let jet = surface.eval_second(Location::new(1, 0.25, 0.5)).expect("face 1 is no hole");
+//! let normal = jet.normal().expect("the surface is smooth there");
+//! let (k1, k2) = jet.principal_curvatures().expect("curvature is finite there");
+//! assert!(normal[2] > 0.9 && k1 <= 0.0 && k2 < k1);
+//! # Ok::<(), subsurf::MeshError>(())
+//! ```
+//!
+//! Values are `[T; N]` with `T` = `f32` or `f64` and any `N`: positions, colours, weights take the same path. Everything
+//! parallel gives the same bits on any number of threads.
 
 #![forbid(unsafe_code)]
 

@@ -33,13 +33,10 @@ impl Mask {
 pub(crate) fn edge_mask(t: &Topology, scheme: Scheme, e: Edge, mask: &mut Mask) {
     mask.clear();
     let s = t.edge_sharpness(e);
-    let sharp = if scheme.ignores_sharpness() || s >= 1.0 {
-        1.0
-    } else if s > 0.0 && t.rules().creasing == Creasing::Chaikin && stays_sharp(t, e) {
-        1.0
-    } else {
-        s
-    };
+    let whole = scheme.ignores_sharpness()
+        || s >= 1.0
+        || (s > 0.0 && t.rules().creasing == Creasing::Chaikin && stays_sharp(t, e));
+    let sharp = if whole { 1.0 } else { s };
     if sharp < 1.0 {
         scheme.smooth_edge_mask(t, e, 1.0 - sharp, mask);
     }

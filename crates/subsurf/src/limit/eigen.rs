@@ -157,6 +157,7 @@ impl EigenForm {
 
     /// The blocks of `J`: those of the ring by decreasing magnitude, then those of the outer points. The first is the
     /// constant.
+    #[cfg(test)]
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.blocks
     }

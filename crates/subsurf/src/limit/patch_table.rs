@@ -87,6 +87,7 @@ impl PatchTable {
             // At most one patch per corner, and corners fit into 32 bits.
             face_patch.push(face_patch[f as usize] + if sides == 4 { 1 } else { sides as u32 });
         }
+        check_rings(&topology, face_patch[faces] as usize)?;
         let specials = SpecialVertices::new(method);
         let gathered: Vec<Gathered> =
             (0..faces.div_ceil(CHUNK)).into_par_iter().map(|chunk| Gathered::of_chunk(&topology, chunk)).collect();
@@ -205,6 +206,29 @@ impl PatchTable {
     }
 }
 
+/// Control points that all rings together may have beyond 64 per patch: a gigabyte. A pole of valence n has n rings of
+/// 2 n points; 2^28 allows one of 11,000.
+const MOST_RING_POINTS: usize = 1 << 28;
+
+/// Refuses meshes whose rings would not fit into memory, before any is made.
+fn check_rings(t: &Topology, patches: usize) -> Result<(), MeshError> {
+    let mut faces_at = vec![0usize; t.vertex_count()];
+    t.corners().iter().for_each(|&v| faces_at[v as usize] += 1);
+    // A face at a vertex adds at most its corners but two to the ring; n-gons have n patches.
+    let around = |f: Face| -> usize {
+        let own = t.sides(f);
+        let ring = t.face_vertices(f).iter().map(|&v| 2 * faces_at[v as usize]).sum::<usize>();
+        if own == 4 { ring } else { own * ring }
+    };
+    let count = (0..t.face_count() as u32).map(|f| around(Face(f))).sum();
+    let limit = MOST_RING_POINTS + 64 * patches;
+    if count > limit {
+        let what = "control points round its faces (a vertex of n faces needs n² of them)";
+        return Err(MeshError::TooLarge { what, count, limit });
+    }
+    Ok(())
+}
+
 /// What one chunk of faces needs, plans numbered within the chunk.
 #[derive(Default)]
 struct Gathered {
@@ -213,10 +237,13 @@ struct Gathered {
     ring_length: Vec<u32>,
     ring: Vec<u32>,
     /// Distinct keys in order of appearance, each with the patch that it was first met at.
-    keys: Vec<(Box<[u32]>, (u32, u32))>,
+    keys: Vec<(Key, Place)>,
 }
 
-type Keys = HashMap<Box<[u32]>, u32, BuildHasherDefault<KeyHasher>>;
+type Key = Box<[u32]>;
+/// A face, and the corner that its walk starts at.
+type Place = (u32, u32);
+type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
 
 impl Gathered {
     fn of_chunk(t: &Topology, chunk: usize) -> Self {
@@ -261,7 +288,7 @@ struct Merged {
     ring_offset: Vec<u32>,
     ring: Vec<u32>,
     /// Per plan a face, and the corner that its walk starts at.
-    representatives: Vec<(u32, u32)>,
+    representatives: Vec<Place>,
 }
 
 impl Merged {

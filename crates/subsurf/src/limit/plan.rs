@@ -217,11 +217,6 @@ impl Plan {
         out
     }
 
-    /// Number of leaves.
-    pub fn leaves(&self) -> usize {
-        self.leaves.len()
-    }
-
     /// True where one bicubic patch covers the face.
     pub fn is_regular(&self) -> bool {
         self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular)

@@ -32,10 +32,6 @@ impl Rows {
         self.offset.len() - 1
     }
 
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         self.column[range.clone()].iter().copied().zip(self.weight[range].iter().copied())

@@ -18,8 +18,6 @@ pub(super) struct PatchRates {
 /// A grid of facets over one patch, or what stands in for it.
 #[derive(Clone, Copy)]
 pub(super) struct PatchGrid {
-    pub face: Face,
-    pub subface: u32,
     /// Facets across u and v.
     pub cells: [u32; 2],
     /// First interior point.
@@ -187,7 +185,7 @@ impl<'a> Layout<'a> {
     pub fn grid(&self, f: Face, subface: u32) -> PatchGrid {
         let cells = self.rates.patch[self.table.patch(f, subface)];
         let first = self.face_first[f.index()] as u32;
-        let mut grid = PatchGrid { face: f, subface, cells, first };
+        let mut grid = PatchGrid { cells, first };
         let n = self.table.subfaces(f);
         if n > 1 {
             grid.first += 1 + n * (cells[0] - 1) + subface * grid.points();

@@ -198,7 +198,7 @@ fn along_edge(table: &PatchTable, h: HalfEdge, s: f64) -> (Location, bool, f64) 
     let n = table.subfaces(face);
     if n == 1 {
         let (u, v) = [(s, 0.0), (1.0, s), (1.0 - s, 1.0), (0.0, 1.0 - s)][corner as usize];
-        (Location { face, subface: 0, u, v }, corner % 2 == 0, 1.0)
+        (Location { face, subface: 0, u, v }, corner.is_multiple_of(2), 1.0)
     } else if s < 0.5 {
         (Location { face, subface: corner, u: 2.0 * s, v: 0.0 }, true, 2.0)
     } else {

@@ -311,7 +311,7 @@ fn turned_grid(control: [[f64; 3]; 16], turn: u8) -> [[f64; 3]; 16] {
 fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
     let table = layout.table;
     let mut cells = [0, 0];
-    for f in (0..table.topology().face_count() as u32).map(Face) {
+    for f in (0..table.topology().face_count() as u32).map(Face).filter(|&f| !table.topology().is_hole(f)) {
         let kind = usize::from(table.subfaces(f) > 1);
         let [nu, nv] = layout.rates.patch[table.patch(f, 0)];
         if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {

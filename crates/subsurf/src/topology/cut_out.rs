@@ -156,9 +156,12 @@ impl Topology {
 
     /// Sharpness of the sharp edges at `v` that are not among `known`.
     fn foreign_edges(&self, v: Vertex, known: &[u32]) -> Vec<f64> {
-        // On a pinned vertex they change nothing.
+        // On a pinned vertex they change nothing, and a manifold vertex has none of its own.
         if self.vertex_sharpness(v) >= INFINITE_SHARPNESS {
             return Vec::new();
+        }
+        if !self.vertex_non_manifold[v.index()] {
+            return self.foreign_sharpness(v).to_vec();
         }
         let others = self.sharp_edges(v).iter().filter(|e| !known.contains(e)).map(|&e| self.edge_sharpness(Edge(e)));
         others.chain(self.foreign_sharpness(v).iter().copied()).collect()
