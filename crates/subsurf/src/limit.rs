@@ -1,5 +1,6 @@
 //! The limit surface, exactly: at any location, for any attribute.
 
+mod box_spline;
 mod bspline;
 mod corner;
 mod deflated;
@@ -13,6 +14,7 @@ mod rows;
 mod single_crease;
 mod special;
 mod tangent;
+mod triangle_points;
 
 pub(crate) use bspline::cubic;
 pub(crate) use jet::unit_normal;
@@ -22,6 +24,7 @@ pub use plan::PatchKind;
 pub use special::Method;
 
 use crate::real::{Real, add_scaled};
+use crate::scheme::SplitKind;
 use plan::RingWeights;
 
 /// A patch table with control points: cheap to make, once per animation frame.
@@ -53,7 +56,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// Position and first derivatives; none in holes.
     ///
     /// # Panics
-    /// If the location names no sub-face of the mesh, or its parameters lie outside `[0, 1]`.
+    /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub fn eval(&self, at: Location) -> Option<Jet<N>> {
         self.jet(at, 3)
     }
@@ -78,6 +81,9 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     fn weights(&self, at: Location, count: usize) -> Option<(usize, RingWeights)> {
         let inside = |x: f64| (0.0..=1.0).contains(&x);
         assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
+        // The sum of two parameters on the third side may round up.
+        let beyond = self.table.scheme().split() == SplitKind::Triangles && at.u + at.v > 1.0 + 4.0 * f64::EPSILON;
+        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", at.u, at.v);
         let patch = self.table.patch(at.face, at.subface);
         let plan = self.table.patch_plan(patch)?;
         Some((patch, self.table.plan(plan).weights(at.u, at.v, self.table.turn(patch), count)))

@@ -76,6 +76,14 @@ pub enum MeshError {
         /// How many there are.
         faces: usize,
     },
+    /// Loop subdivision is defined for triangles.
+    #[error("face {face} has {sides} corners; Loop subdivision needs triangles: triangulate it, or use Catmull-Clark")]
+    NotATriangle {
+        /// The face.
+        face: usize,
+        /// Its number of corners.
+        sides: usize,
+    },
     /// A sharpness that is no finite number.
     #[error("{what} {index} has sharpness {sharpness}; use a finite number, 10 for infinitely sharp")]
     BadSharpness {

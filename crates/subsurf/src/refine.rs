@@ -1,16 +1,19 @@
 //! Classical refinement, level by level, in OpenSubdiv's default order. The independent reference for everything else,
 //! and what users want who edit or exchange refined meshes.
 //!
-//! Order of a level's vertices: one for every parent vertex, then one for every parent face, then one for every parent
-//! edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent, corner by corner.
+//! Order of a level's vertices: one for every parent vertex, then one for every parent face (not under Loop), then one
+//! for every parent edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent,
+//! corner by corner, and under Loop the middle one last.
 
 mod quad_split;
+mod split;
+mod tri_split;
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
 use crate::real::{Real, add_scaled, round};
-use crate::scheme::Scheme;
+use crate::scheme::{Scheme, SplitKind};
 use crate::tags::Boundary;
 use crate::topology::Topology;
 use rayon::prelude::*;
@@ -32,7 +35,7 @@ impl Level {
         Ok(Self::from_topology(scheme_topology(mesh, scheme)?, scheme))
     }
 
-    /// Level 0 from a topology that is at hand.
+    /// Level 0 from a topology that is at hand; under Loop all its faces must be triangles.
     pub fn from_topology(topology: Topology, scheme: Scheme) -> Self {
         Self { topology, scheme, depth: 0 }
     }
@@ -53,17 +56,25 @@ impl Level {
     /// [`MeshError::TooLarge`] where it would overflow 32-bit indices.
     pub fn refine(&self) -> Result<Self, MeshError> {
         let t = &self.topology;
+        let (face_points, inside) = match self.scheme.split() {
+            SplitKind::Quads => (t.face_count(), t.half_edge_count()),
+            SplitKind::Triangles => (0, t.half_edge_count()),
+        };
         let counts = [
-            ("vertices", t.vertex_count() + t.face_count() + t.edge_count()),
+            ("vertices", t.vertex_count() + face_points + t.edge_count()),
             ("corners", 4 * t.half_edge_count()),
-            ("edges", 2 * t.edge_count() + t.half_edge_count()),
+            ("edges", 2 * t.edge_count() + inside),
         ];
         for (what, count) in counts {
             if count > MAX_COUNT {
                 return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
             }
         }
-        Ok(Self { topology: quad_split::child(t), scheme: self.scheme, depth: self.depth + 1 })
+        let topology = match self.scheme.split() {
+            SplitKind::Quads => quad_split::child(t),
+            SplitKind::Triangles => tri_split::child(t),
+        };
+        Ok(Self { topology, scheme: self.scheme, depth: self.depth + 1 })
     }
 
     /// The next level's values from this level's, one row per vertex. Sums are formed in `f64`.
@@ -73,15 +84,16 @@ impl Level {
     pub fn refine_values<T: Real, const N: usize>(&self, values: &[[T; N]]) -> Vec<[T; N]> {
         let t = &self.topology;
         assert_eq!(values.len(), t.vertex_count(), "one value per vertex of the level");
+        let faces = if self.scheme.split() == SplitKind::Quads { t.face_count() } else { 0 };
         let centroids: Vec<[f64; N]> =
-            (0..t.face_count()).into_par_iter().map(|f| centroid(t.face_vertices(Face(f as u32)), values)).collect();
+            (0..faces).into_par_iter().map(|f| centroid(t.face_vertices(Face(f as u32)), values)).collect();
         let apply = |mask: &Mask| {
             let mut sum = [0.0; N];
             mask.vertices.iter().for_each(|&(v, w)| add_scaled(&mut sum, w, &values[v as usize]));
             mask.faces.iter().for_each(|&(f, w)| add_scaled(&mut sum, w, &centroids[f as usize]));
             round(sum)
         };
-        let mut refined = Vec::with_capacity(t.vertex_count() + t.face_count() + t.edge_count());
+        let mut refined = Vec::with_capacity(t.vertex_count() + faces + t.edge_count());
         refined.par_extend((0..t.vertex_count() as u32).into_par_iter().map_init(Mask::default, |mask, v| {
             vertex_mask(t, self.scheme, Vertex(v), mask);
             apply(mask)
@@ -101,8 +113,14 @@ fn centroid<T: Real, const N: usize>(corners: &[u32], values: &[[T; N]]) -> [f64
     sum.map(|x| x / corners.len() as f64)
 }
 
-/// The mesh's topology as `scheme` sees it: the boundary rule "none" makes holes only where a face's neighbours shape it.
+/// The mesh's topology as `scheme` sees it: Loop takes triangles only, and the boundary rule "none" makes holes only where
+/// a face's neighbours shape it.
 pub(crate) fn scheme_topology(mesh: &ControlMesh, scheme: Scheme) -> Result<Topology, MeshError> {
+    if scheme.split() == SplitKind::Triangles
+        && let Some(face) = mesh.faces().position(|f| f.len() != 3)
+    {
+        return Err(MeshError::NotATriangle { face, sides: mesh.face_vertices(face).len() });
+    }
     if scheme == Scheme::Bilinear && mesh.tags().rules.boundary == Boundary::None {
         let mut rules = mesh.tags().rules;
         rules.boundary = Boundary::EdgeOnly;
@@ -119,7 +137,10 @@ mod tests {
     #[test]
     fn every_level_of_every_shape_keeps_the_invariants() {
         for shape in shapes::all() {
-            for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
+            for scheme in [Scheme::CatmullClark, Scheme::Loop, Scheme::Bilinear] {
+                if scheme == Scheme::Loop && shape.mesh.faces().any(|f| f.len() != 3) {
+                    continue;
+                }
                 let mut level = Level::new(&shape.mesh, scheme).unwrap();
                 level.topology().check().unwrap_or_else(|e| panic!("{}: {e}", shape.name));
                 for _ in 0..3 {

@@ -13,7 +13,6 @@ use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
 use layout::Layout;
-pub(crate) use layout::corner_location;
 use rayon::prelude::*;
 use sample::Sampler;
 use thiserror::Error;

@@ -58,12 +58,12 @@ fn load(path: &Path) -> Case {
     Case { name: json["name"].as_str().unwrap().to_owned(), mesh, positions, json }
 }
 
-fn cases(folder: &Path) -> Vec<Case> {
+fn cases(folder: &Path, scheme: Scheme) -> Vec<Case> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
     let is_case = |p: &PathBuf| {
         let name = p.file_name().unwrap().to_string_lossy().into_owned();
-        name.starts_with("cc_") && name.ends_with(".json")
+        name.starts_with(if scheme == Scheme::Loop { "loop_" } else { "cc_" }) && name.ends_with(".json")
     };
     paths.iter().filter(|p| is_case(p)).map(|p| load(p)).collect()
 }
@@ -82,10 +82,10 @@ fn diagonal(points: &[[f64; 3]]) -> f64 {
 }
 
 /// Largest errors of all cases in a folder; panics where one exceeds its bound.
-fn check(folder: &Path, method: Method) {
+fn check(folder: &Path, scheme: Scheme, method: Method) {
     let (mut samples, mut worst) = (0, [0.0f64; 4]);
-    for case in cases(folder) {
-        let table = PatchTable::with_method(&case.mesh, Scheme::CatmullClark, method).unwrap();
+    for case in cases(folder, scheme) {
+        let table = PatchTable::with_method(&case.mesh, scheme, method).unwrap();
         let surface = table.surface(&case.positions);
         let single: Vec<[f32; 3]> = case.positions.iter().map(|p| p.map(|x| x as f32)).collect();
         let rounded: Vec<[f64; 3]> = single.iter().map(|p| p.map(f64::from)).collect();
@@ -136,12 +136,7 @@ fn check_vertices(case: &Case, table: &PatchTable) {
             let face = Face(index(&normal["face"]));
             let corners = case.mesh.face_vertices(face.index());
             let corner = corners.iter().position(|&c| c == v).unwrap();
-            let at = if corners.len() == 4 {
-                let (u, w) = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][corner];
-                Location { face, subface: 0, u, v: w }
-            } else {
-                Location { face, subface: corner as u32, u: 0.0, v: 0.0 }
-            };
+            let at = table.corner_location(table.topology().half_edge(face, corner));
             let jet = surface.eval(at).unwrap();
             let what = format!("{} vertex {v} from face {face}", case.name);
             let error = apart(jet.position, vector(&limit["p"])) / box_size;
@@ -160,22 +155,33 @@ fn check_vertices(case: &Case, table: &PatchTable) {
 
 #[test]
 fn own_golden_cases_are_met_by_deflated_powers() {
-    check(&own_cases(), Method::Deflated);
+    check(&own_cases(), Scheme::CatmullClark, Method::Deflated);
 }
 
 #[test]
 fn own_golden_cases_are_met_by_the_eigenbasis() {
-    check(&own_cases(), Method::Eigenbasis);
+    check(&own_cases(), Scheme::CatmullClark, Method::Eigenbasis);
 }
 
 #[test]
 #[cfg_attr(not(shared_data), ignore = "needs the shared golden data")]
 fn all_golden_cases_are_met_by_deflated_powers() {
-    check(&shared_cases(), Method::Deflated);
+    check(&shared_cases(), Scheme::CatmullClark, Method::Deflated);
 }
 
 #[test]
 #[cfg_attr(not(shared_data), ignore = "needs the shared golden data")]
 fn all_golden_cases_are_met_by_the_eigenbasis() {
-    check(&shared_cases(), Method::Eigenbasis);
+    check(&shared_cases(), Scheme::CatmullClark, Method::Eigenbasis);
+}
+
+#[test]
+fn own_golden_cases_of_loop_are_met() {
+    check(&own_cases(), Scheme::Loop, Method::Deflated);
+}
+
+#[test]
+#[cfg_attr(not(shared_data), ignore = "needs the shared golden data")]
+fn all_golden_cases_of_loop_are_met() {
+    check(&shared_cases(), Scheme::Loop, Method::Deflated);
 }

@@ -3,6 +3,7 @@
 
 use super::rows::{Combination, extrapolate};
 use crate::index::{Edge, HalfEdge};
+use crate::scheme::SplitKind;
 use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::Topology;
 
@@ -31,20 +32,30 @@ impl Kind {
 /// A face's corner: kind of vertex, its size `n`, and the number `i` of the face counted from `e_0`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) struct Corner {
+    pub split: SplitKind,
     pub kind: Kind,
     pub n: u32,
     pub i: u32,
 }
 
 impl Corner {
-    /// True where a bicubic patch, extrapolated across sharp sides, covers the corner.
+    /// True where a spline patch, extrapolated across sharp sides, covers the corner.
     pub fn is_regular(self) -> bool {
-        matches!((self.kind, self.n), (Kind::Smooth, 4) | (Kind::Crease, 2) | (Kind::Corner, 1))
+        let regular = match self.split {
+            SplitKind::Quads => [4, 2, 1],
+            SplitKind::Triangles => [6, 3, 1],
+        };
+        match self.kind {
+            Kind::Smooth => self.n == regular[0],
+            Kind::Crease => self.n == regular[1],
+            Kind::Corner => self.n == regular[2],
+            Kind::Dart | Kind::Pinned => false,
+        }
     }
 }
 
 /// The corner at the origin of `h`, together with the half-edge along `e_0`. No sharpness there may be finite.
-pub(crate) fn corner(t: &Topology, h: HalfEdge) -> (Corner, HalfEdge) {
+pub(crate) fn corner(t: &Topology, h: HalfEdge, split: SplitKind) -> (Corner, HalfEdge) {
     let v = t.origin(h);
     let sharp = |e: Edge| t.edge_sharpness(e) > 0.0;
     let sharp_count = t.sharp_edges(v).len() + t.foreign_sharpness(v).len();
@@ -56,7 +67,7 @@ pub(crate) fn corner(t: &Topology, h: HalfEdge) -> (Corner, HalfEdge) {
         if back == h {
             let n = i + 1;
             let kind = if pinned { Kind::Pinned } else { Kind::Smooth };
-            return (Corner { kind, n, i: 0 }, h);
+            return (Corner { split, kind, n, i: 0 }, h);
         }
         (start, i) = (back, i + 1);
     }
@@ -71,7 +82,7 @@ pub(crate) fn corner(t: &Topology, h: HalfEdge) -> (Corner, HalfEdge) {
         (false, 1) => Kind::Dart,
         _ => Kind::Crease,
     };
-    (Corner { kind, n, i }, start)
+    (Corner { split, kind, n, i }, start)
 }
 
 /// A vertex itself.
@@ -136,7 +147,7 @@ pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<C
 ///      v=-1          e_{i-1}--f_{i-1}--(2,-1)
 /// ```
 pub(crate) fn special_points(t: &Topology, h: HalfEdge) -> Vec<Combination> {
-    let (corner, start) = corner(t, h);
+    let (corner, start) = corner(t, h, SplitKind::Quads);
     let mut points = vec![at(t, h)];
     let mut spoke = start;
     for j in 0..corner.n {

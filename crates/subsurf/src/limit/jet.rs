@@ -4,14 +4,15 @@ use crate::index::Face;
 
 /// A place on the limit surface.
 ///
-/// A quad is `[0,1]²` with (0,0) at its first corner, u along its first edge, v along its last. An n-gon is n sub-faces in
+/// Under Catmull-Clark and bilinear subdivision a quad is `[0,1]²` with (0,0) at its first corner, u along its first edge, v along its last. An n-gon is n sub-faces in
 /// the order of its corners, each `[0,1]²` with (0,0) at the corner, u along the edge to the next corner, v along the
-/// edge to the previous one, and (1,1) at the centre.
+/// edge to the previous one, and (1,1) at the centre. Under Loop a triangle is `u, v ≥ 0, u + v ≤ 1` with (0,0), (1,0),
+/// (0,1) at its corners.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Location {
     /// A face of the control mesh.
     pub face: Face,
-    /// 0 for quads, the corner for other faces.
+    /// 0 for quads (triangles under Loop), the corner for other faces.
     pub subface: u32,
     /// First parameter, in `[0, 1]`.
     pub u: f64,
@@ -20,7 +21,7 @@ pub struct Location {
 }
 
 impl Location {
-    /// A place on a quad.
+    /// A place on a face that is one patch: a quad, or a triangle under Loop.
     pub fn new(face: u32, u: f64, v: f64) -> Self {
         Self { face: Face(face), subface: 0, u, v }
     }

@@ -5,6 +5,7 @@ use super::{LimitSurface, Location};
 use crate::index::{Face, HalfEdge};
 use crate::real::{Real, round};
 use crate::refine::Level;
+use crate::scheme::SplitKind;
 use rayon::prelude::*;
 
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
@@ -27,8 +28,12 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// Where every vertex of `level` lies, as the first of its faces outside holes sees it.
     fn places_of_level(&self, level: &Level) -> Vec<Option<Location>> {
         let (coarse, fine) = (self.table.topology(), level.topology());
-        let expected = coarse.half_edge_count() << (2 * level.depth().saturating_sub(1));
-        let faces = if level.depth() == 0 { coarse.face_count() } else { expected };
+        let split = self.table.scheme().split();
+        let faces = match level.depth() {
+            depth if split == SplitKind::Triangles => coarse.face_count() << (2 * depth),
+            0 => coarse.face_count(),
+            depth => coarse.half_edge_count() << (2 * (depth - 1)),
+        };
         assert_eq!(fine.face_count(), faces, "the level is a refinement of this mesh");
         let mut places = vec![None; fine.vertex_count()];
         for f in (0..fine.face_count() as u32).rev().map(Face) {
@@ -47,7 +52,10 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     fn place(&self, f: Face, corner: usize, depth: u32) -> Location {
         let t = self.table.topology();
         if depth == 0 {
-            return crate::tessellate::corner_location(self.table, t.half_edge(f, corner));
+            return self.table.corner_location(t.half_edge(f, corner));
+        }
+        if self.table.scheme().split() == SplitKind::Triangles {
+            return triangle_place(f, corner, depth);
         }
         // A face's number is, level by level, four times its parent's plus the corner it sits at.
         let base = HalfEdge(f.0 >> (2 * (depth - 1)));
@@ -70,6 +78,31 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         let [u, v] = [x + u64::from(cx), y + u64::from(cy)].map(|k| k as f64 / cells);
         Location { face, subface: if is_quad { 0 } else { own_corner }, u, v }
     }
+}
+
+/// The same under Loop: four children to a face, the middle one turned upside down.
+fn triangle_place(f: Face, corner: usize, depth: u32) -> Location {
+    // The place of corner 0, in cells of the level, and the cells' direction.
+    let (mut x, mut y, mut sign) = (0i64, 0i64, 1i64);
+    for k in (0..depth).rev() {
+        (x, y) = (2 * x, 2 * y);
+        match f.0 >> (2 * k) & 3 {
+            0 => {}
+            1 => x += sign,
+            2 => y += sign,
+            _ => {
+                (x, y) = (x + sign, y + sign);
+                sign = -sign;
+            }
+        }
+    }
+    match corner {
+        1 => x += sign,
+        2 => y += sign,
+        _ => {}
+    }
+    let cells = (1u64 << depth) as f64;
+    Location { face: Face(f.0 >> (2 * depth)), subface: 0, u: x as f64 / cells, v: y as f64 / cells }
 }
 
 #[cfg(test)]

@@ -4,11 +4,12 @@
 
 use super::corner::{Corner, Kind, grid_points, special_points};
 use super::rows::{Combination, Rows};
-use crate::index::{Edge, Face, Vertex};
+use super::triangle_points;
+use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::refine::Level;
-use crate::scheme::Scheme;
+use crate::scheme::{Scheme, SplitKind};
 use crate::tags::{Boundary, Corner as CornerTag, Crease, INFINITE_SHARPNESS, Rules, Tags};
 use crate::topology::Topology;
 
@@ -21,17 +22,22 @@ pub(crate) struct LocalStep {
     pub ring: usize,
     /// `K × K`.
     pub a: Rows,
-    /// `16 × K` each; child `c` is the quadrant at the face's corner `c`.
+    /// `16 × K` each, child `c` being the quadrant at the face's corner `c`; `12 × K` under Loop, where child 3 is the
+    /// middle.
     pub x: [Rows; 3],
 }
 
 impl LocalStep {
     pub fn new(special: Corner) -> Self {
-        let (mesh, ring) = neighbourhood(special);
-        let parent = Level::new(&mesh, Scheme::CatmullClark).expect("the neighbourhood is a mesh");
+        let quads = special.split == SplitKind::Quads;
+        let scheme = if quads { Scheme::CatmullClark } else { Scheme::Loop };
+        let (mesh, ring) = if quads { quad_neighbourhood(special) } else { triangle_neighbourhood(special) };
+        let parent = Level::new(&mesh, scheme).expect("the neighbourhood is a mesh");
         let t = parent.topology();
-        let own = t.half_edge(Face(special.i), 0);
-        let order = special_points(t, own);
+        let canonical = |t: &Topology, h: HalfEdge| {
+            if quads { special_points(t, h) } else { triangle_points::special_points(t, h) }
+        };
+        let order = canonical(t, t.half_edge(Face(special.i), 0));
         let points = order.len();
         // Canonical position of every vertex of the mesh.
         let mut position = vec![u32::MAX; t.vertex_count()];
@@ -41,15 +47,18 @@ impl LocalStep {
         }
         let child = parent.refine().expect("the neighbourhood is small");
         let step = |points: &[Combination]| -> Vec<Combination> {
-            points.iter().map(|p| ParentPoints { t, position: &position }.of(p)).collect()
+            points.iter().map(|p| ParentPoints { t, scheme, position: &position }.of(p)).collect()
         };
-        let kids = [0, 1, 2, 3].map(|c| t.half_edge(Face(special.i), c));
-        // Child c is face kids[c] of the next level; its corner c is the old vertex.
-        let first = |c: usize| child.topology().half_edge(Face(kids[c].0), 0);
-        let a = Rows::new(points, &step(&special_points(child.topology(), first(0))));
+        // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
+        let first = |c: u32| child.topology().half_edge(Face(4 * special.i + c), 0);
+        let a = Rows::new(points, &step(&canonical(child.topology(), first(0))));
         let x = [1, 2, 3].map(|c| {
-            let grid = grid_points(child.topology(), first(c), false).map(|p| p.expect("a full grid"));
-            Rows::new(points, &step(&grid))
+            if quads {
+                let grid = grid_points(child.topology(), first(c), false).map(|p| p.expect("a full grid"));
+                Rows::new(points, &step(&grid))
+            } else {
+                Rows::new(points, &step(&triangle_points::patch_points(child.topology(), first(c))))
+            }
         });
         Self { points, ring, a, x }
     }
@@ -58,6 +67,7 @@ impl LocalStep {
 /// Child points as combinations of the canonical parent points.
 struct ParentPoints<'a> {
     t: &'a Topology,
+    scheme: Scheme,
     position: &'a [u32],
 }
 
@@ -65,7 +75,7 @@ impl ParentPoints<'_> {
     fn of(&self, point: &Combination) -> Combination {
         let mut sum = Vec::new();
         for &(v, w) in point {
-            child_vertex(self.t, Scheme::CatmullClark, v, &mut |parent, x| {
+            child_vertex(self.t, self.scheme, v, &mut |parent, x| {
                 let p = self.position[parent as usize];
                 assert!(p != u32::MAX, "vertex {parent} lies outside the neighbourhood");
                 sum.push((p, w * x));
@@ -77,7 +87,8 @@ impl ParentPoints<'_> {
 
 /// Terms of child vertex `v` over the vertices of its parent level.
 pub(crate) fn child_vertex(t: &Topology, scheme: Scheme, v: u32, term: &mut dyn FnMut(u32, f64)) {
-    let (vertices, faces) = (t.vertex_count() as u32, t.face_count() as u32);
+    let vertices = t.vertex_count() as u32;
+    let faces = if scheme.split() == SplitKind::Quads { t.face_count() as u32 } else { 0 };
     let mut mask = Mask::default();
     if v < vertices {
         vertex_mask(t, scheme, Vertex(v), &mut mask);
@@ -95,7 +106,7 @@ pub(crate) fn child_vertex(t: &Topology, scheme: Scheme, v: u32, term: &mut dyn 
 
 /// The mesh of one special vertex: its faces, and the outer layer round face `i`. Vertices come in canonical order,
 /// then those that only close the mesh. Returns the number of ring points too.
-fn neighbourhood(Corner { kind, n, i }: Corner) -> (ControlMesh, usize) {
+fn quad_neighbourhood(Corner { kind, n, i, .. }: Corner) -> (ControlMesh, usize) {
     let closed = kind.is_closed();
     let spokes = if closed { n } else { n + 1 };
     let spoke = |j: u32| 1 + 2 * (j % spokes);
@@ -119,24 +130,68 @@ fn neighbourhood(Corner { kind, n, i }: Corner) -> (ControlMesh, usize) {
     if let Some(p) = above {
         faces.push([b, p02, p, diagonal(i + 1)]);
     }
+    let mut tags = vertex_tags(kind, spoke(0));
+    // A dart's crease goes on beyond e_0 where the face touches it, with one more face behind it.
+    if kind == Kind::Dart && sharp_u {
+        tags.creases.push(Crease::new(a, p20, INFINITE_SHARPNESS));
+        faces.push([a, diagonal(n - 1), new(), p20]);
+    }
+    if kind == Kind::Dart && sharp_v {
+        tags.creases.push(Crease::new(b, p02, INFINITE_SHARPNESS));
+        faces.push([b, p02, new(), diagonal(0)]);
+    }
+    let counts = vec![4; faces.len()];
+    let mesh = ControlMesh::from_counts(next as usize, &counts, faces.concat(), tags).expect("a valid mesh");
+    (mesh, ring as usize)
+}
+
+/// Tags that make vertex 0 what it is; `first` is the end of `e_0`.
+fn vertex_tags(kind: Kind, first: u32) -> Tags {
     let mut tags = Tags { rules: Rules { boundary: Boundary::EdgeOnly, ..Rules::default() }, ..Tags::default() };
     match kind {
         Kind::Corner | Kind::Pinned => tags.corners.push(CornerTag::new(0, INFINITE_SHARPNESS)),
-        Kind::Dart => {
-            // The crease goes on beyond e_0 where the face touches it, with one more face behind it.
-            tags.creases.push(Crease::new(0, spoke(0), INFINITE_SHARPNESS));
-            if sharp_u {
-                tags.creases.push(Crease::new(a, p20, INFINITE_SHARPNESS));
-                faces.push([a, diagonal(n - 1), new(), p20]);
-            }
-            if sharp_v {
-                tags.creases.push(Crease::new(b, p02, INFINITE_SHARPNESS));
-                faces.push([b, p02, new(), diagonal(0)]);
-            }
-        }
+        Kind::Dart => tags.creases.push(Crease::new(0, first, INFINITE_SHARPNESS)),
         Kind::Smooth | Kind::Crease => {}
     }
-    let counts = vec![4; faces.len()];
+    tags
+}
+
+/// The same for triangles.
+fn triangle_neighbourhood(Corner { kind, n, i, .. }: Corner) -> (ControlMesh, usize) {
+    let closed = kind.is_closed();
+    let spokes = if closed { n } else { n + 1 };
+    let spoke = |j: u32| 1 + j % spokes;
+    let ring = 1 + spokes;
+    let mut next = ring;
+    let mut new = || {
+        next += 1;
+        next - 1
+    };
+    let mut faces: Vec<[u32; 3]> = (0..n).map(|j| [0, spoke(j), spoke(j + 1)]).collect();
+    let [sharp_u, sharp_v] = [i == 0, i + 1 == n].map(|end| end && !matches!(kind, Kind::Smooth | Kind::Pinned));
+    let (p, q) = (spoke(i), spoke(i + 1));
+    let c = (!sharp_u).then(&mut new);
+    let [b, m, d] = std::array::from_fn(|_| new());
+    let g = (!sharp_v).then(&mut new);
+    faces.extend([[p, b, m], [p, m, q], [q, m, d]]);
+    if let Some(c) = c {
+        faces.extend([[p, spoke(i + spokes - 1), c], [p, c, b]]);
+    }
+    if let Some(g) = g {
+        faces.extend([[q, d, g], [q, g, spoke(i + 2)]]);
+    }
+    let mut tags = vertex_tags(kind, spoke(0));
+    if kind == Kind::Dart && sharp_u {
+        let behind = new();
+        tags.creases.push(Crease::new(p, b, INFINITE_SHARPNESS));
+        faces.extend([[p, spoke(n - 1), behind], [p, behind, b]]);
+    }
+    if kind == Kind::Dart && sharp_v {
+        let behind = new();
+        tags.creases.push(Crease::new(q, d, INFINITE_SHARPNESS));
+        faces.extend([[q, d, behind], [q, behind, spoke(1)]]);
+    }
+    let counts = vec![3; faces.len()];
     let mesh = ControlMesh::from_counts(next as usize, &counts, faces.concat(), tags).expect("a valid mesh");
     (mesh, ring as usize)
 }
@@ -147,24 +202,29 @@ mod tests {
 
     #[test]
     fn a_step_keeps_constants_and_the_ring_to_itself() {
-        for kind in [Kind::Smooth, Kind::Dart, Kind::Crease, Kind::Corner, Kind::Pinned] {
-            let least = match kind {
-                Kind::Smooth | Kind::Dart | Kind::Pinned => 2,
-                Kind::Crease | Kind::Corner => 1,
-            };
-            for n in least..12 {
-                for i in 0..if matches!(kind, Kind::Smooth | Kind::Pinned) { 1 } else { n } {
-                    let step = LocalStep::new(Corner { kind, n, i });
-                    let rounding = step.points as f64 * f64::EPSILON;
-                    for k in 0..step.points {
-                        assert!((step.a.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding, "{kind:?} {n} {i}");
-                        assert!(k >= step.ring || step.a.row(k).all(|t| (t.0 as usize) < step.ring));
-                    }
-                    for x in &step.x {
-                        (0..16).for_each(|k| assert!((x.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding));
+        for split in [SplitKind::Quads, SplitKind::Triangles] {
+            for kind in [Kind::Smooth, Kind::Dart, Kind::Crease, Kind::Corner, Kind::Pinned] {
+                let least = match (kind.is_closed(), split) {
+                    (false, _) => 1,
+                    (true, SplitKind::Quads) => 2,
+                    (true, SplitKind::Triangles) => 3,
+                };
+                for n in least..12 {
+                    for i in 0..if matches!(kind, Kind::Smooth | Kind::Pinned) { 1 } else { n } {
+                        keeps_constants(LocalStep::new(Corner { split, kind, n, i }));
                     }
                 }
             }
         }
+    }
+
+    fn keeps_constants(step: LocalStep) {
+        let rounding = step.points as f64 * f64::EPSILON;
+        let is_one = |rows: &Rows, k: usize| (rows.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding;
+        for k in 0..step.points {
+            assert!(is_one(&step.a, k));
+            assert!(k >= step.ring || step.a.row(k).all(|t| (t.0 as usize) < step.ring));
+        }
+        step.x.iter().for_each(|x| assert!((0..x.len()).all(|k| is_one(x, k))));
     }
 }

@@ -1,15 +1,15 @@
 //! One plan and one ring per patch: built once per connectivity, shared by all positions and all frames.
 //!
-//! A patch is a quad, or one sub-face of another face; patches are numbered face by face (the order of Ptex).
+//! A patch is a quad (a triangle under Loop), or one sub-face of another face; patches are numbered face by face (the order of Ptex).
 
 use super::plan::{PatchKind, Plan, SpecialVertices};
 use super::special::Method;
 use crate::index::{Face, HalfEdge};
-use crate::limit::LimitSurface;
+use crate::limit::{LimitSurface, Location};
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
 use crate::real::Real;
 use crate::refine::scheme_topology;
-use crate::scheme::Scheme;
+use crate::scheme::{Scheme, SplitKind};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -80,17 +80,25 @@ impl PatchTable {
     /// As [`PatchTable::new`].
     pub fn from_topology(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
         let faces = topology.face_count();
+        let whole = scheme.patch_sides();
+        if scheme.split() == SplitKind::Triangles
+            && let Some(face) = (0..faces).find(|&f| topology.sides(Face(f as u32)) != whole)
+        {
+            return Err(MeshError::NotATriangle { face, sides: topology.sides(Face(face as u32)) });
+        }
         let mut face_patch = Vec::with_capacity(faces + 1);
         face_patch.push(0u32);
         for f in 0..faces as u32 {
             let sides = topology.sides(Face(f));
             // At most one patch per corner, and corners fit into 32 bits.
-            face_patch.push(face_patch[f as usize] + if sides == 4 { 1 } else { sides as u32 });
+            face_patch.push(face_patch[f as usize] + if sides == whole { 1 } else { sides as u32 });
         }
         check_rings(&topology, face_patch[faces] as usize)?;
         let specials = SpecialVertices::new(method);
-        let gathered: Vec<Gathered> =
-            (0..faces.div_ceil(CHUNK)).into_par_iter().map(|chunk| Gathered::of_chunk(&topology, chunk)).collect();
+        let gathered: Vec<Gathered> = (0..faces.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| Gathered::of_chunk(&topology, whole, chunk))
+            .collect();
         let merged = Merged::new(gathered)?;
         let plans = merged
             .representatives
@@ -139,7 +147,7 @@ impl PatchTable {
         self.patch_plan.len()
     }
 
-    /// Number of sub-faces of a face: 1 for quads, the number of corners for others.
+    /// Number of sub-faces of a face: 1 for quads (triangles under Loop), the number of corners for others.
     pub fn subfaces(&self, face: Face) -> u32 {
         self.face_patch[face.index() + 1] - self.face_patch[face.index()]
     }
@@ -151,6 +159,22 @@ impl PatchTable {
     pub fn patch(&self, face: Face, subface: u32) -> usize {
         assert!(subface < self.subfaces(face), "face {face} has no sub-face {subface}");
         (self.face_patch[face.index()] + subface) as usize
+    }
+
+    /// Where the corner at the start of `h` lies in the face of `h`.
+    pub fn corner_location(&self, h: HalfEdge) -> Location {
+        let face = self.topology.face(h);
+        let corner = h.0 - self.topology.first(face);
+        if self.subfaces(face) > 1 {
+            return Location { face, subface: corner, u: 0.0, v: 0.0 };
+        }
+        let (u, v) = match (self.scheme.split(), corner) {
+            (_, 0) => (0.0, 0.0),
+            (_, 1) => (1.0, 0.0),
+            (SplitKind::Quads, 2) => (1.0, 1.0),
+            _ => (0.0, 1.0),
+        };
+        Location { face, subface: 0, u, v }
     }
 
     /// First patch of every face, and the number of patches at the end.
@@ -218,7 +242,7 @@ fn check_rings(t: &Topology, patches: usize) -> Result<(), MeshError> {
     let around = |f: Face| -> usize {
         let own = t.sides(f);
         let ring = t.face_vertices(f).iter().map(|&v| 2 * faces_at[v as usize]).sum::<usize>();
-        if own == 4 { ring } else { own * ring }
+        if own <= 4 { ring } else { own * ring }
     };
     let count = (0..t.face_count() as u32).map(|f| around(Face(f))).sum();
     let limit = MOST_RING_POINTS + 64 * patches;
@@ -246,13 +270,13 @@ type Place = (u32, u32);
 type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
 
 impl Gathered {
-    fn of_chunk(t: &Topology, chunk: usize) -> Self {
+    fn of_chunk(t: &Topology, whole: usize, chunk: usize) -> Self {
         let mut out = Self::default();
         let mut known = Keys::default();
         let (mut walk, mut around) = (Walk::default(), Surroundings::default());
         for face in (chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())).map(Face::new) {
             let sides = t.sides(face);
-            let starts = if sides == 4 { 0..1 } else { 0..sides };
+            let starts = if sides == whole { 0..1 } else { 0..sides };
             for subface in starts {
                 if t.is_hole(face) {
                     out.patch_plan.push(NONE);
@@ -260,7 +284,7 @@ impl Gathered {
                     out.ring_length.push(0);
                     continue;
                 }
-                let start = if sides == 4 { canonical_corner(t, face) } else { subface };
+                let start = if sides == whole { canonical_corner(t, face) } else { subface };
                 t.surroundings(face, start, &mut walk, &mut around);
                 let plan = match known.get(&around.key[..]) {
                     Some(&plan) => plan,
@@ -272,7 +296,7 @@ impl Gathered {
                     }
                 };
                 out.patch_plan.push(plan);
-                out.patch_turn.push(if sides == 4 { start as u8 } else { 0 });
+                out.patch_turn.push(if sides == whole { start as u8 } else { 0 });
                 out.ring_length.push(around.ring.len() as u32);
                 out.ring.extend_from_slice(&around.ring);
             }
@@ -331,15 +355,23 @@ impl Merged {
     }
 }
 
-/// The corner of a quad at which its walk starts, chosen by what lies round the corners, so that faces that differ by a
-/// turn alone share a plan. Ties go to the first.
+/// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
+/// differ by a turn alone share a plan. Ties go to the first.
 fn canonical_corner(t: &Topology, face: Face) -> usize {
-    let sign: [u64; 4] = std::array::from_fn(|c| corner_signature(t, t.half_edge(face, c)));
-    if sign.iter().all(|&s| s == sign[0]) {
+    let sides = t.sides(face);
+    let mut sign = [0; 4];
+    for (c, s) in sign.iter_mut().enumerate().take(sides) {
+        *s = corner_signature(t, t.half_edge(face, c));
+    }
+    if sign[1..sides].iter().all(|&s| s == sign[0]) {
         return 0;
     }
-    let turned = |c: usize| [0, 1, 2, 3].map(|k| sign[(c + k) % 4]);
-    (0..4).min_by_key(|&c| turned(c)).unwrap_or(0)
+    let turned = |c: usize| {
+        let mut signs = [0; 4];
+        (0..sides).for_each(|k| signs[k] = sign[(c + k) % sides]);
+        signs
+    };
+    (0..sides).min_by_key(|&c| turned(c)).unwrap_or(0)
 }
 
 /// A number that is equal for corners with equal fans (and seldom equal for others).

@@ -5,15 +5,17 @@
 //! control points as sparse rows over the face's ring. The tree is at most `⌈sharpness⌉ + 2` levels deep: each level
 //! takes one from every finite sharpness, makes all faces quads, and parts special vertices.
 
+use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::{Corner, Kind, corner, grid_points, special_points};
 use super::local_step::child_vertex;
 use super::rows::{Accumulator, Combination, Rows};
 use super::single_crease;
 use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
+use super::triangle_points;
 use crate::index::{Edge, Face, HalfEdge};
 use crate::refine::Level;
-use crate::scheme::Scheme;
+use crate::scheme::{Scheme, SplitKind};
 use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{Surroundings, Topology, Walk};
 use std::collections::HashMap;
@@ -55,7 +57,7 @@ impl SpecialVertices {
 /// What kind of patch covers a location.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum PatchKind {
-    /// A bicubic B-spline patch (bilinear under the bilinear scheme).
+    /// A bicubic B-spline patch, a quartic box-spline patch under Loop, or a bilinear one.
     Regular,
     /// A patch along one semi-sharp crease, in closed form.
     SingleCrease,
@@ -77,7 +79,8 @@ struct Leaf {
 enum LeafShape {
     /// The quad's four corners, bilinear.
     Bilinear,
-    /// Sixteen points in the order of [`bspline`](super::bspline).
+    /// Sixteen points in the order of [`bspline`](super::bspline), or twelve in that of
+    /// [`box_spline`](super::box_spline).
     Regular,
     /// Sixteen points turned so that the crease runs along v = 1, between corners `turn + 2` and `turn + 3`.
     SingleCrease { turn: u8, sharpness: f64 },
@@ -87,10 +90,43 @@ enum LeafShape {
 
 /// A compiled plan.
 pub(crate) struct Plan {
+    split: SplitKind,
     ring: usize,
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
     root: u32,
+}
+
+/// A leaf, and the place in it.
+struct Found<'a> {
+    leaf: &'a Leaf,
+    depth: u32,
+    /// Leaf parameters per face parameter; negative in triangles that are turned upside down.
+    speed: f64,
+    u: f64,
+    v: f64,
+}
+
+impl Found<'_> {
+    /// Goes on to the child that holds the place: its number, and -1 where it is turned upside down.
+    fn descend(&mut self, split: SplitKind) -> (usize, f64) {
+        let (u, v) = (self.u, self.v);
+        let high = [u >= 0.5, v >= 0.5];
+        let corner = |x: f64, high: bool| if high { 2.0 * x - 1.0 } else { 2.0 * x };
+        let child = match (split, high) {
+            (SplitKind::Quads, [false, true]) => 3,
+            (_, [true, true]) => 2,
+            (_, [true, false]) => 1,
+            (SplitKind::Triangles, [false, true]) => 2,
+            (SplitKind::Triangles, _) if u + v > 0.5 => {
+                (self.u, self.v) = (1.0 - 2.0 * u, 1.0 - 2.0 * v);
+                return (3, -1.0);
+            }
+            _ => 0,
+        };
+        (self.u, self.v) = (corner(u, high[0]), corner(v, high[1]));
+        (child, 1.0)
+    }
 }
 
 /// Weights over a face's ring at one location.
@@ -117,13 +153,13 @@ impl Plan {
             leaves: Vec::new(),
             walk: Walk::default(),
         };
-        let root = if site.topology.sides(Face(0)) == 4 {
+        let root = if site.topology.sides(Face(0)) == scheme.patch_sides() {
             compiler.compile(&site, 0)
         } else {
             let children = compiler.children(&site, &[0]);
             compiler.compile(&children[0], 1)
         };
-        Self { ring: around.ring.len(), nodes: compiler.nodes, leaves: compiler.leaves, root }
+        Self { split: scheme.split(), ring: around.ring.len(), nodes: compiler.nodes, leaves: compiler.leaves, root }
     }
 
     /// Number of control points of the ring.
@@ -132,72 +168,87 @@ impl Plan {
     }
 
     /// Finds the leaf at `(u, v)`, parameters of a face whose corner `turn` is the plan's corner 0.
-    fn leaf(&self, mut u: f64, mut v: f64, turn: u8) -> (&Leaf, i32, f64, f64) {
-        let (mut node, mut depth) = (self.root, 0);
-        loop {
-            match self.nodes[node as usize] {
-                Node::Leaf(leaf) => return (&self.leaves[leaf as usize], depth, u, v),
-                Node::Split(children) => {
-                    let (cu, cv) = (u >= 0.5, v >= 0.5);
-                    let child = match (cu, cv) {
-                        (false, false) => 0,
-                        (true, false) => 1,
-                        (true, true) => 2,
-                        (false, true) => 3,
-                    };
-                    node = children[(child + 4 - usize::from(turn)) % 4];
-                    u = 2.0 * u - f64::from(u8::from(cu));
-                    v = 2.0 * v - f64::from(u8::from(cv));
-                    depth += 1;
-                }
-            }
+    fn leaf(&self, u: f64, v: f64, turn: u8) -> Found<'_> {
+        let mut found = Found { leaf: &self.leaves[0], depth: 0, speed: 1.0, u, v };
+        let mut node = self.root;
+        while let Node::Split(children) = self.nodes[node as usize] {
+            let (child, flip) = found.descend(self.split);
+            let turn = usize::from(turn);
+            let own = match self.split {
+                SplitKind::Quads => (child + 4 - turn) % 4,
+                SplitKind::Triangles if child == 3 => 3,
+                SplitKind::Triangles => (child + 3 - turn) % 3,
+            };
+            node = children[own];
+            found.depth += 1;
+            found.speed *= 2.0 * flip;
         }
+        if let Node::Leaf(leaf) = self.nodes[node as usize] {
+            found.leaf = &self.leaves[leaf as usize];
+        }
+        found
     }
 
     /// Which kind of leaf covers `(u, v)`, and at which depth.
     pub fn patch_kind(&self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
-        let (leaf, depth, ..) = self.leaf(u, v, turn);
-        let kind = match leaf.shape {
+        let found = self.leaf(u, v, turn);
+        let kind = match found.leaf.shape {
             LeafShape::Bilinear | LeafShape::Regular => PatchKind::Regular,
             LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
             LeafShape::Special { .. } => PatchKind::Special,
         };
-        (kind, depth as u32)
+        (kind, found.depth)
     }
 
     /// Weights over the ring for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) (1, 3 or 6) at `(u, v)`,
     /// parameters of a face whose corner `turn` is the plan's corner 0.
     pub fn weights(&self, u: f64, v: f64, turn: u8, count: usize) -> RingWeights {
-        let (leaf, depth, u, v) = self.leaf(u, v, turn);
-        let total = |leaf_turn: u8| (turn + leaf_turn) % 4;
+        let Found { leaf, speed, u, v, .. } = self.leaf(u, v, turn);
+        let corners = match self.split {
+            SplitKind::Quads => 4,
+            SplitKind::Triangles => 3,
+        };
+        let total = |leaf_turn: u8| (turn + leaf_turn) % corners;
+        let turned = |turn: u8| match self.split {
+            SplitKind::Quads => turned_quad(u, v, turn),
+            SplitKind::Triangles => turned_triangle(u, v, turn),
+        };
         let (local, turn) = match &leaf.shape {
             LeafShape::Bilinear => {
-                let (a, b) = turned(u, v, turn);
+                let (a, b) = turned(turn);
                 (bilinear(a, b), turn)
             }
             LeafShape::Regular => {
-                let (a, b) = turned(u, v, turn);
-                (dense(tensor(&cubic(a), &cubic(b), count), count), turn)
+                let (a, b) = turned(turn);
+                let weights = match self.split {
+                    SplitKind::Quads => tensor(&cubic(a), &cubic(b), count),
+                    SplitKind::Triangles => box_spline::basis(a, b, count),
+                };
+                (dense(weights, count, leaf.points.len()), turn)
             }
             LeafShape::SingleCrease { turn, sharpness } => {
                 let turn = total(*turn);
-                let (a, _) = turned(u, v, turn);
+                let (a, _) = turned(turn);
                 // The distance from the crease, exact next to it.
-                let (_, distance) = turned(u, v, (turn + 2) % 4);
+                let (_, distance) = turned((turn + 2) % 4);
                 let across = single_crease::curve(distance, *sharpness);
-                (dense(tensor(&cubic(a), &across, count), count), turn)
+                (dense(tensor(&cubic(a), &across, count), count, 16), turn)
             }
             LeafShape::Special { turn, vertex } => {
                 let turn = total(*turn);
-                let (a, b) = turned(u, v, turn);
+                let (a, b) = turned(turn);
                 (vertex.weights(a, b, count), turn)
             }
         };
-        self.on_ring(leaf, turn_back(local, turn), depth, count)
+        let local = match self.split {
+            SplitKind::Quads => turn_back_quad(local, turn),
+            SplitKind::Triangles => turn_back_triangle(local, turn),
+        };
+        self.on_ring(leaf, local, speed, count)
     }
 
-    /// Leaf weights to ring weights, with the factor `2^depth` per differentiation.
-    fn on_ring(&self, leaf: &Leaf, local: PointWeights, depth: i32, count: usize) -> RingWeights {
+    /// Leaf weights to ring weights, with the factor `speed` per differentiation.
+    fn on_ring(&self, leaf: &Leaf, local: PointWeights, speed: f64, count: usize) -> RingWeights {
         let through = |row: &[f64], factor: f64| {
             let mut out = vec![0.0; self.ring];
             leaf.points.left_multiply(row, &mut out);
@@ -209,7 +260,7 @@ impl Plan {
         let mut out = RingWeights::default();
         for order in 0..count {
             let times = [0, 1, 1, 2, 2, 2][order];
-            out.rows[order] = through(&local.rows[order], 2f64.powi(depth * times));
+            out.rows[order] = through(&local.rows[order], speed.powi(times));
         }
         out.at_vertex = local
             .at_vertex
@@ -217,14 +268,14 @@ impl Plan {
         out
     }
 
-    /// True where one bicubic patch covers the face.
+    /// True where one spline patch covers the face.
     pub fn is_regular(&self) -> bool {
         self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular)
     }
 
     /// The sixteen control points over the ring, where one bicubic patch covers the face.
     pub fn regular_points(&self) -> Option<&Rows> {
-        self.is_regular().then(|| &self.leaves[0].points)
+        (self.is_regular() && self.split == SplitKind::Quads).then(|| &self.leaves[0].points)
     }
 
     /// Heap memory in bytes, shared special vertices left out.
@@ -235,7 +286,7 @@ impl Plan {
 }
 
 /// Parameters after turning the face so that corner `turn` comes first. The one near zero there is exact.
-fn turned(u: f64, v: f64, turn: u8) -> (f64, f64) {
+fn turned_quad(u: f64, v: f64, turn: u8) -> (f64, f64) {
     match turn {
         0 => (u, v),
         1 => (v, 1.0 - u),
@@ -245,7 +296,7 @@ fn turned(u: f64, v: f64, turn: u8) -> (f64, f64) {
 }
 
 /// Derivatives in turned parameters to derivatives in the face's own.
-fn turn_back(mut w: PointWeights, turn: u8) -> PointWeights {
+fn turn_back_quad(mut w: PointWeights, turn: u8) -> PointWeights {
     let negate = |row: &mut Vec<f64>| row.iter_mut().for_each(|x| *x = -*x);
     if turn == 0 || w.rows[1].is_empty() {
         return w;
@@ -273,10 +324,46 @@ fn turn_back(mut w: PointWeights, turn: u8) -> PointWeights {
     w
 }
 
-fn dense(weights: [[f64; 16]; 6], count: usize) -> PointWeights {
+/// The same for barycentric parameters `u`, `v`. The order of the subtractions keeps what is small next to the corner.
+fn turned_triangle(u: f64, v: f64, turn: u8) -> (f64, f64) {
+    match turn {
+        0 => (u, v),
+        1 => (v, (1.0 - u) - v),
+        _ => ((1.0 - v) - u, u),
+    }
+}
+
+/// The same for triangles.
+fn turn_back_triangle(mut w: PointWeights, turn: u8) -> PointWeights {
+    if turn == 0 || w.rows[1].is_empty() {
+        return w;
+    }
+    let combine = |terms: &[(f64, &[f64])]| -> Vec<f64> {
+        (0..terms[0].1.len()).map(|k| terms.iter().map(|(f, row)| f * row[k]).sum()).collect()
+    };
+    let [_, a, b, aa, ab, bb] = &w.rows;
+    let bend = || combine(&[(1.0, aa), (-2.0, ab), (1.0, bb)]);
+    let second = !aa.is_empty();
+    let rows = if turn == 1 {
+        // (a, b) = (v, 1 - u - v): du = -db, dv = da - db.
+        let second = second.then(|| [bb.clone(), combine(&[(1.0, bb), (-1.0, ab)]), bend()]);
+        (combine(&[(-1.0, b)]), combine(&[(1.0, a), (-1.0, b)]), second)
+    } else {
+        // (a, b) = (1 - u - v, u): du = db - da, dv = -da.
+        let second = second.then(|| [bend(), combine(&[(1.0, aa), (-1.0, ab)]), aa.clone()]);
+        (combine(&[(1.0, b), (-1.0, a)]), combine(&[(-1.0, a)]), second)
+    };
+    (w.rows[1], w.rows[2]) = (rows.0, rows.1);
+    if let Some([uu, uv, vv]) = rows.2 {
+        (w.rows[3], w.rows[4], w.rows[5]) = (uu, uv, vv);
+    }
+    w
+}
+
+fn dense(weights: [[f64; 16]; 6], count: usize, points: usize) -> PointWeights {
     let mut out = PointWeights::default();
     for (row, weights) in out.rows.iter_mut().zip(&weights).take(count) {
-        *row = weights.to_vec();
+        *row = weights[..points].to_vec();
     }
     out
 }
@@ -330,7 +417,8 @@ impl Compiler<'_> {
         let mut sum = Accumulator::new(self.ring);
         let mut sites = Vec::with_capacity(corners.len());
         for &c in corners {
-            let face = Face(t.half_edge(Face(0), c).0);
+            // Face 0's children come first, corner by corner, the middle triangle last.
+            let face = Face(c as u32);
             child.surroundings(face, 0, &mut self.walk, &mut around);
             let points = around
                 .ring
@@ -355,10 +443,14 @@ impl Compiler<'_> {
             let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
             return Some(self.make(site, LeafShape::Bilinear, &corners));
         }
-        if (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != 4) {
+        let split = self.scheme.split();
+        if (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
             return None;
         }
         if own.iter().any(|&h| has_finite_sharpness(t, h)) {
+            if split == SplitKind::Triangles {
+                return None;
+            }
             let (side, sharpness) = single_crease_side(t, &own)?;
             // The crease along v = 1 runs between corners 2 and 3 of the turned quad.
             let turn = (side + 2) % 4;
@@ -368,17 +460,23 @@ impl Compiler<'_> {
         let special: Vec<(usize, Corner)> = own
             .iter()
             .enumerate()
-            .map(|(j, &h)| (j, corner(t, h).0))
+            .map(|(j, &h)| (j, corner(t, h, split).0))
             .filter(|(_, corner)| !corner.is_regular())
             .collect();
         match special[..] {
+            [] if split == SplitKind::Triangles => {
+                Some(self.make(site, LeafShape::Regular, &triangle_points::patch_points(t, own[0])))
+            }
             [] => {
                 let grid = grid_points(t, own[0], false).map(|p| p.expect("a full grid"));
                 Some(self.make(site, LeafShape::Regular, &grid))
             }
             [(j, corner)] => {
                 let vertex = self.specials.get(corner);
-                let points = special_points(t, own[j]);
+                let points = match split {
+                    SplitKind::Quads => special_points(t, own[j]),
+                    SplitKind::Triangles => triangle_points::special_points(t, own[j]),
+                };
                 debug_assert_eq!(points.len(), vertex.points());
                 Some(self.make(site, LeafShape::Special { turn: j as u8, vertex }, &points))
             }
@@ -443,7 +541,7 @@ fn single_crease_side(t: &Topology, own: &[HalfEdge]) -> Option<(usize, f64)> {
         if has_finite_sharpness(t, far) {
             return None;
         }
-        let c = corner(t, far).0;
+        let c = corner(t, far, SplitKind::Quads).0;
         let plain = c.kind == Kind::Smooth && c.n == 4;
         let along = c.kind == Kind::Crease && c.n == 2 && t.is_infinitely_sharp(t.edge(opposite));
         if !plain && !along {

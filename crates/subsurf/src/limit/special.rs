@@ -1,10 +1,11 @@
 //! Exact evaluation in a face at a special vertex, constant in the depth: parameters `(a, b)` with the vertex at the
 //! origin give weights over the canonical points of [`corner`](super::corner).
 //!
-//! At depth `m` (the largest with `max(a, b) < 2^-m`) the location lies in a regular child of the `m`-th subdivision:
+//! At depth `m` (the largest with `max(a, b) < 2^-m`; under Loop `a + b`) the location lies in a regular child of the `m`-th subdivision:
 //! `s = b(t)ᵀ X_c A^m C`, first derivatives times `2^(m+1)`, second times `4^(m+1)` (Stam 1998; Lacewell, Burley 2007),
 //! with `A^m` in one of two closed forms, see [`Method`].
 
+use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::{Corner, Kind};
 use super::deflated::DeflatedPowers;
@@ -12,6 +13,7 @@ use super::eigen::EigenForm;
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
 use super::tangent;
+use crate::scheme::SplitKind;
 
 /// Which closed form of the powers of the local step is used.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -20,7 +22,7 @@ pub enum Method {
     #[default]
     Deflated,
     /// Stam's eigenbasis at interior vertices and the Jordan form of Lacewell and Burley 2007 at boundaries, creases
-    /// and corners. Darts and pinned interior vertices, which neither covers, use deflated powers.
+    /// and corners. Darts, pinned interior vertices and Loop subdivision, which neither covers, use deflated powers.
     Eigenbasis,
 }
 
@@ -64,13 +66,13 @@ impl SpecialVertex {
         let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
         let linear = tangent::linear_modes(corner, &step);
         let second = (!linear.is_empty()).then(|| {
-            // A scale near the next eigenvalue, which is 1/4 on a crease with one face and 0.31 at a dart of valence 4.
-            let next = if corner.kind == Kind::Crease { 0.25 } else { 0.31 };
             let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
-            DeflatedPowers::new(&step.a, next, std::iter::once(constant).chain(halves).collect())
+            let modes = std::iter::once(constant).chain(halves).collect();
+            DeflatedPowers::new(&step.a, after_linear(corner), modes)
         });
         let eigen = match method {
             Method::Deflated => None,
+            Method::Eigenbasis if corner.split == SplitKind::Triangles => None,
             Method::Eigenbasis => {
                 let (n, i) = (corner.n as usize, corner.i as usize);
                 EigenForm::new(corner.kind, n, i, &step.a.dense(), step.ring)
@@ -87,27 +89,44 @@ impl SpecialVertex {
 
     /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) at `(a, b)`.
     pub fn weights(&self, a: f64, b: f64, count: usize) -> PointWeights {
-        let big = a.max(b);
+        let big = match self.corner.split {
+            SplitKind::Quads => a.max(b),
+            SplitKind::Triangles => a + b,
+        };
         if big <= 0.0 {
             return self.at_vertex(count);
         }
         let m = depth(big);
         let [a, b] = [a, b].map(|x| scale_up(x, m));
-        let (cu, cv) = (u8::from(a >= 0.5), u8::from(b >= 0.5));
-        let child = match (cu, cv) {
-            (1, 0) => 0,
-            (1, _) => 1,
-            _ => 2,
+        let (child, basis, flip): (usize, _, f64) = match self.corner.split {
+            SplitKind::Quads => {
+                let (cu, cv) = (u8::from(a >= 0.5), u8::from(b >= 0.5));
+                let child = match (cu, cv) {
+                    (1, 0) => 0,
+                    (1, _) => 1,
+                    _ => 2,
+                };
+                let [u, v] = [2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv)].map(cubic);
+                (child, tensor(&u, &v, count), 1.0)
+            }
+            SplitKind::Triangles => {
+                let (child, u, v, flip) = if a >= 0.5 {
+                    (0, 2.0 * a - 1.0, 2.0 * b, 1.0)
+                } else if b >= 0.5 {
+                    (1, 2.0 * a, 2.0 * b - 1.0, 1.0)
+                } else {
+                    (2, 1.0 - 2.0 * a, 1.0 - 2.0 * b, -1.0)
+                };
+                (child, box_spline::basis(u, v, count), flip)
+            }
         };
-        let [u, v] = [2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv)].map(cubic);
-        let basis = tensor(&u, &v, count);
         let mut out = PointWeights::default();
         for order in 0..count {
             let mut row = vec![0.0; self.points()];
             self.step.x[child].left_multiply(&basis[order], &mut row);
             let times = [0, 1, 1, 2, 2, 2][order];
             let factor = if m == 0 { 1.0 } else { self.power(m, times, &mut row) };
-            let factor = factor * 2f64.powi(times);
+            let factor = factor * (2.0 * flip).powi(times);
             row.iter_mut().for_each(|w| *w *= factor);
             if order == 0 && m > 0 {
                 row.iter_mut().zip(&self.limit).for_each(|(w, l)| *w += l);
@@ -183,14 +202,22 @@ fn scale_up(x: f64, m: u32) -> f64 {
 
 /// Size of the largest eigenvalue below 1; only a scale, any value within a third of it serves.
 fn subdominant(corner: Corner) -> f64 {
-    let n = f64::from(corner.n);
-    let theta = match corner.kind {
-        Kind::Smooth | Kind::Dart => 2.0 * std::f64::consts::PI / n,
-        Kind::Crease | Kind::Corner => std::f64::consts::PI / n,
-        Kind::Pinned => 0.0,
-    };
-    let sine = tangent::wave_eigenvalue(theta);
-    if corner.kind == Kind::Smooth { sine } else { sine.max(0.5) }
+    let wave = tangent::wave_eigenvalue(corner.split, tangent::angle(corner));
+    match (corner.kind, corner.split) {
+        (Kind::Smooth | Kind::Pinned, _) => wave,
+        // The dart of valence 3 has an even mode of 0.398 beside its wave of 1/4.
+        (Kind::Dart, SplitKind::Triangles) => wave.max(0.4),
+        _ => wave.max(0.5),
+    }
+}
+
+/// A scale near the largest eigenvalue after the linear modes.
+fn after_linear(corner: Corner) -> f64 {
+    match (corner.kind, corner.split, corner.n) {
+        (Kind::Dart, ..) => 0.31,
+        (_, SplitKind::Triangles, 2) => 0.375,
+        _ => 0.25,
+    }
 }
 
 #[cfg(test)]

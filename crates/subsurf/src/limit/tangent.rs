@@ -3,14 +3,28 @@
 //!
 //! Notation: `d = cos(θ/2)`, `α = √(4+d²) - d`; a wave has eigenvalue `λ = ((√(4+d²) + d)/4)²` and left vector
 //! `4 cos(iθ)` on `e_i`, `α cos((i+½)θ)` on `f_i` (or sines). `θ = 2π/n` round an interior vertex, `π/k` in a sector.
+//! Under Loop there are no `f_i`, and `λ = 3/8 + cos(θ)/4`.
 
 use super::corner::{Corner, Kind};
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
+use crate::scheme::{SplitKind, loop_subdivision};
 use std::f64::consts::PI;
 
+/// The angle from spoke to spoke of the slowest wave; none at pinned interior vertices, whose ring shrinks evenly.
+pub(crate) fn angle(corner: Corner) -> f64 {
+    match corner.kind {
+        Kind::Smooth | Kind::Dart => 2.0 * PI / f64::from(corner.n),
+        Kind::Crease | Kind::Corner => PI / f64::from(corner.n),
+        Kind::Pinned => 0.0,
+    }
+}
+
 /// The dominant eigenvalue of the wave with angle `theta` from spoke to spoke.
-pub(crate) fn wave_eigenvalue(theta: f64) -> f64 {
+pub(crate) fn wave_eigenvalue(split: SplitKind, theta: f64) -> f64 {
+    if split == SplitKind::Triangles {
+        return 0.375 + 0.25 * theta.cos();
+    }
     let d = (0.5 * theta).cos();
     let root = 0.25 * ((4.0 + d * d).sqrt() + d);
     root * root
@@ -21,14 +35,19 @@ fn alpha(theta: f64) -> f64 {
     (4.0 + d * d).sqrt() - d
 }
 
-/// Canonical index of spoke end `e_j`.
-fn e(j: u32) -> usize {
-    1 + 2 * j as usize
-}
+impl Corner {
+    /// Canonical index of spoke end `e_j`.
+    fn e(self, j: u32) -> usize {
+        match self.split {
+            SplitKind::Quads => 1 + 2 * j as usize,
+            SplitKind::Triangles => 1 + j as usize,
+        }
+    }
 
-/// Canonical index of diagonal `f_j`.
-fn f(j: u32) -> usize {
-    2 + 2 * j as usize
+    /// Canonical index of diagonal `f_j`; none under Loop.
+    fn f(self, j: u32) -> Option<usize> {
+        (self.split == SplitKind::Quads).then_some(2 + 2 * j as usize)
+    }
 }
 
 /// The limit position mask: `l A = l`, summing to one.
@@ -39,14 +58,19 @@ pub(crate) fn limit_mask(corner: Corner, step: &LocalStep) -> Vec<f64> {
         Kind::Corner | Kind::Pinned => l[0] = 1.0,
         Kind::Crease => {
             l[0] = 2.0 / 3.0;
-            l[e(0)] = 1.0 / 6.0;
-            l[e(corner.n)] += 1.0 / 6.0;
+            l[corner.e(0)] = 1.0 / 6.0;
+            l[corner.e(corner.n)] += 1.0 / 6.0;
+        }
+        Kind::Smooth if corner.split == SplitKind::Triangles => {
+            let w = 1.0 / (n + 3.0 / (8.0 * loop_subdivision::beta(corner.n)));
+            l[0] = 1.0 - n * w;
+            (0..corner.n).for_each(|j| l[corner.e(j)] = w);
         }
         Kind::Smooth => {
             l[0] = n / (n + 5.0);
             for j in 0..corner.n {
-                l[e(j)] = 4.0 / (n * (n + 5.0));
-                l[f(j)] = 1.0 / (n * (n + 5.0));
+                l[corner.e(j)] = 4.0 / (n * (n + 5.0));
+                corner.f(j).into_iter().for_each(|f| l[f] = 1.0 / (n * (n + 5.0)));
             }
         }
         Kind::Dart => {
@@ -106,53 +130,71 @@ fn state(eigenvalue: f64) -> Derivatives {
     }
 }
 
-/// `2/(n (4+α²)) Σ 4 cos((j-φ)θ) e_j + α cos((j+½-φ)θ) f_j`: the tangent at angle `φθ` from `e_0`.
-fn smooth_direction(n: u32, phi: f64, points: usize) -> Vec<f64> {
-    let theta = 2.0 * PI / f64::from(n);
+/// The tangent at angle `φθ` from `e_0`: `2/(n (4+α²)) Σ 4 cos((j-φ)θ) e_j + α cos((j+½-φ)θ) f_j`, under Loop
+/// `2/n Σ cos((j-φ)θ) e_j`.
+fn smooth_direction(corner: Corner, phi: f64, points: usize) -> Vec<f64> {
+    let n = f64::from(corner.n);
+    let theta = 2.0 * PI / n;
     let a = alpha(theta);
-    let scale = 2.0 / (f64::from(n) * (4.0 + a * a));
+    let quads = corner.split == SplitKind::Quads;
+    let (on_e, on_f) = if quads { (8.0 / (n * (4.0 + a * a)), 2.0 * a / (n * (4.0 + a * a))) } else { (2.0 / n, 0.0) };
     let mut mask = vec![0.0; points];
-    for j in 0..n {
-        mask[e(j)] = scale * 4.0 * ((f64::from(j) - phi) * theta).cos();
-        mask[f(j)] = scale * a * ((f64::from(j) + 0.5 - phi) * theta).cos();
+    for j in 0..corner.n {
+        mask[corner.e(j)] = on_e * ((f64::from(j) - phi) * theta).cos();
+        corner.f(j).into_iter().for_each(|f| mask[f] = on_f * ((f64::from(j) + 0.5 - phi) * theta).cos());
     }
     mask
 }
 
 fn smooth(corner: Corner, step: &LocalStep) -> Tangents {
     let n = corner.n;
-    let towards = |phi: u32| smooth_direction(n, f64::from(phi), step.points);
+    let towards = |phi: u32| smooth_direction(corner, f64::from(phi), step.points);
     let directions = [towards(corner.i), towards(corner.i + 1)];
     // Valence 2: the eigenvalues ±1/4 tie, there is no tangent plane.
     let flat = n >= 3;
     let quarter = f64::from(n) / 4.0;
     let i = f64::from(corner.i);
-    let plane = flat.then(|| [i, i + quarter].map(|phi| smooth_direction(n, phi, step.points)));
-    Tangents { directions, derivatives: state(wave_eigenvalue(2.0 * PI / f64::from(n))), plane, unique_normal: flat }
+    let plane = flat.then(|| [i, i + quarter].map(|phi| smooth_direction(corner, phi, step.points)));
+    Tangents {
+        directions,
+        derivatives: state(wave_eigenvalue(corner.split, angle(corner))),
+        plane,
+        unique_normal: flat,
+    }
 }
 
 /// The sine wave's left vector in a sector, from the crease into the surface; on `v`, `e_0`, `e_k` what the boundary
 /// curve feeds into it.
-fn cross(k: u32, points: usize) -> Vec<f64> {
+fn cross(corner: Corner, points: usize) -> Vec<f64> {
+    let k = corner.n;
     let mut y = vec![0.0; points];
     if k == 1 {
-        (y[0], y[e(0)], y[e(1)]) = (-2.0, 1.0, 1.0);
+        (y[0], y[corner.e(0)], y[corner.e(1)]) = (-2.0, 1.0, 1.0);
         return y;
     }
     let theta = PI / f64::from(k);
-    let (a, lambda) = (alpha(theta), wave_eigenvalue(theta));
+    let (a, lambda) = (alpha(theta), wave_eigenvalue(corner.split, theta));
+    let quads = corner.split == SplitKind::Quads;
+    let on_e = if quads { 4.0 } else { 1.0 };
     for j in 0..k {
-        y[f(j)] = a * ((f64::from(j) + 0.5) * theta).sin();
+        corner.f(j).into_iter().for_each(|f| y[f] = a * ((f64::from(j) + 0.5) * theta).sin());
         if j > 0 {
-            y[e(j)] = 4.0 * (f64::from(j) * theta).sin();
+            y[corner.e(j)] = on_e * (f64::from(j) * theta).sin();
         }
     }
-    let at_end = 0.25 * theta.sin() + 0.25 * a * (0.5 * theta).sin();
-    let at_vertex = 1.5 / (0.5 * theta).tan() + a / (4.0 * (0.5 * theta).sin());
+    // What one step feeds from e_0 and from v into the wave.
+    let (at_end, at_vertex) = if quads {
+        (
+            0.25 * theta.sin() + 0.25 * a * (0.5 * theta).sin(),
+            1.5 / (0.5 * theta).tan() + a / (4.0 * (0.5 * theta).sin()),
+        )
+    } else {
+        (0.125 * theta.sin(), 0.375 / (0.5 * theta).tan())
+    };
     y[0] = (at_vertex * (lambda - 0.5) + at_end) / ((lambda - 1.0) * (lambda - 0.25));
-    y[e(0)] = y[0] * (lambda - 0.75) - at_vertex;
-    y[e(k)] = y[e(0)];
-    let scale = 2.0 / (f64::from(k) * (4.0 + a * a));
+    y[corner.e(0)] = y[0] * (lambda - 0.75) - at_vertex;
+    y[corner.e(k)] = y[corner.e(0)];
+    let scale = 2.0 / (f64::from(k) * if quads { 4.0 + a * a } else { 1.0 });
     y.iter_mut().for_each(|w| *w *= scale);
     y
 }
@@ -160,40 +202,50 @@ fn cross(k: u32, points: usize) -> Vec<f64> {
 fn crease(corner: Corner, step: &LocalStep) -> Tangents {
     let k = corner.n;
     let mut along = vec![0.0; step.points];
-    (along[e(0)], along[e(k)]) = (0.5, -0.5);
-    let cross = cross(k, step.points);
+    (along[corner.e(0)], along[corner.e(k)]) = (0.5, -0.5);
+    let cross = cross(corner, step.points);
+    let wave = wave_eigenvalue(corner.split, angle(corner));
+    // The tangent along the crease has eigenvalue 1/2: below it, derivatives across vanish.
+    let derivatives = if k == 1 { Derivatives::Finite } else { state(wave.max(0.5)) };
+    let weight = if derivatives == Derivatives::Finite { 0.0 } else { 1.0 };
     let towards = |j: u32| -> Vec<f64> {
         match j {
             0 => along.clone(),
             j if j == k => along.iter().map(|w| -w).collect(),
             j => {
                 let (s, c) = (PI * f64::from(j) / f64::from(k)).sin_cos();
-                along.iter().zip(&cross).map(|(a, x)| c * a + s * x).collect()
+                along.iter().zip(&cross).map(|(a, x)| c * a + weight * s * x).collect()
             }
         }
     };
+    // From this many faces on a second wave beats the eigenvalue of the tangent along the crease.
+    let most = if corner.split == SplitKind::Quads { 4 } else { 6 };
     Tangents {
         directions: [towards(corner.i), towards(corner.i + 1)],
-        // One face: both sides are tangent to the rounded boundary, and their derivatives are finite.
-        derivatives: if k == 1 { Derivatives::Finite } else { Derivatives::Diverges },
+        derivatives,
         plane: Some([along, cross]),
-        // From five faces on a second wave beats the eigenvalue 1/2 of the tangent along the crease.
-        unique_normal: k <= 4,
+        unique_normal: k <= most,
     }
 }
 
 fn pinned_sector(corner: Corner, step: &LocalStep) -> Tangents {
+    let k = corner.n;
     let side = |j: u32| {
         let mut t = vec![0.0; step.points];
-        (t[0], t[e(j)]) = (-1.0, 1.0);
+        (t[0], t[corner.e(j)]) = (-1.0, 1.0);
         t
     };
-    let plane = [side(0), side(corner.n)];
+    let plane = [side(0), side(k)];
+    // Two triangles: both modes of eigenvalue 1/2 are linear, and the middle spoke's derivative is the sum of the sides'.
+    let linear = corner.split == SplitKind::Triangles && k == 2;
+    let towards = |j: u32| {
+        if linear && j == 1 { plane[0].iter().zip(&plane[1]).map(|(a, b)| a + b).collect() } else { side(j) }
+    };
     Tangents {
-        directions: [side(corner.i), side(corner.i + 1)],
-        derivatives: Derivatives::Diverges,
+        directions: [towards(corner.i), towards(corner.i + 1)],
+        derivatives: if linear { Derivatives::Finite } else { Derivatives::Diverges },
+        unique_normal: k <= if corner.split == SplitKind::Quads { 2 } else { 3 },
         plane: Some(plane),
-        unique_normal: corner.n <= 2,
     }
 }
 
@@ -201,7 +253,7 @@ fn pinned(corner: Corner, step: &LocalStep) -> Tangents {
     let side = |j: u32| {
         let mut t = vec![0.0; step.points];
         t[0] -= 1.0;
-        t[e(j % corner.n)] += 1.0;
+        t[corner.e(j % corner.n)] += 1.0;
         t
     };
     // A cone point: no plane.
@@ -216,10 +268,10 @@ fn pinned(corner: Corner, step: &LocalStep) -> Tangents {
 fn dart(corner: Corner, step: &LocalStep) -> Tangents {
     let n = corner.n;
     // Odd about the dart edge: the smooth vertex's sine wave. Even: the leading one, by iteration from e_0 - v.
-    let odd = smooth_direction(n, 0.25 * f64::from(n), step.points);
+    let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
     let (even, even_eigenvalue) = even_mode(corner, step);
     let theta = 2.0 * PI / f64::from(n);
-    let odd_eigenvalue = wave_eigenvalue(theta);
+    let odd_eigenvalue = wave_eigenvalue(corner.split, theta);
     let towards = |j: u32| -> Vec<f64> {
         let (s, c) = (f64::from(j) * theta).sin_cos();
         even.iter().zip(&odd).map(|(x, y)| c * x + s * y).collect()
@@ -238,17 +290,21 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
     let limit = limit_mask(corner, step);
     let symmetric = |row: &mut Vec<f64>| {
         for j in 0..n {
-            let mean = 0.5 * (row[e(j)] + row[e((n - j) % n)]);
-            (row[e(j)], row[e((n - j) % n)]) = (mean, mean);
-            let mean = 0.5 * (row[f(j)] + row[f(n - 1 - j)]);
-            (row[f(j)], row[f(n - 1 - j)]) = (mean, mean);
+            let mut pair = |a: usize, b: usize| {
+                let mean = 0.5 * (row[a] + row[b]);
+                (row[a], row[b]) = (mean, mean);
+            };
+            pair(corner.e(j), corner.e((n - j) % n));
+            if let (Some(a), Some(b)) = (corner.f(j), corner.f(n - 1 - j)) {
+                pair(a, b);
+            }
         }
         // Take out the constant: left vectors of other eigenvalues sum to zero.
         let sum: f64 = row.iter().sum();
         row.iter_mut().zip(&limit).for_each(|(w, l)| *w -= sum * l);
     };
     // Starts near the smooth vertex's cosine wave.
-    let mut row = smooth_direction(n, 0.0, step.points);
+    let mut row = smooth_direction(corner, 0.0, step.points);
     let mut eigenvalue = 0.0;
     for _ in 0..20_000 {
         symmetric(&mut row);
@@ -267,7 +323,8 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
     // Unit response to the smooth vertex's cosine wave; at valence 4 that is the linear function along the dart edge.
     let theta = 2.0 * PI / f64::from(n);
     let wave = |j: u32| {
-        row[e(j)] * (f64::from(j) * theta).cos() + row[f(j)] * alpha(theta) * ((f64::from(j) + 0.5) * theta).cos()
+        let spoke = row[corner.e(j)] * (f64::from(j) * theta).cos();
+        spoke + corner.f(j).map_or(0.0, |f| row[f] * alpha(theta) * ((f64::from(j) + 0.5) * theta).cos())
     };
     let unit: f64 = (0..n).map(wave).sum();
     row.iter_mut().for_each(|w| *w /= unit);
@@ -275,51 +332,72 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
 }
 
 /// Right and left vectors of the eigenvalue 1/2 whose functions are linear in the parameters: their second derivatives are
-/// exactly zero and must not drown those of other modes. On a crease with one face it is the function along the crease;
-/// at a dart of valence 4, where all rules keep linear functions, there are two.
+/// exactly zero and must not drown those of other modes. On a crease with one face (Loop: one or two) it is the function
+/// along the crease; at a pinned corner of two triangles there are two, and so at a dart of regular valence, where all
+/// rules keep linear functions.
 pub(crate) fn linear_modes(corner: Corner, step: &LocalStep) -> Vec<(Vec<f64>, Vec<f64>)> {
-    let grid = || grid_coordinates(corner);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    match (corner.kind, corner.n) {
-        (Kind::Crease, 1) => {
-            let mut along = vec![0.0; step.points];
-            (along[e(0)], along[e(1)]) = (0.5, -0.5);
-            vec![(grid().iter().map(|p| p[0] - p[1]).collect(), along)]
+    let n = corner.n;
+    // The linear function with the values `a`, `b` at the ends of two neighbouring spokes `j`, `j + 1`.
+    let linear = |j: u32, a: f64, b: f64| -> Vec<f64> {
+        let (p, q) = (spoke_direction(corner, j), spoke_direction(corner, j + 1));
+        let area = p[0] * q[1] - p[1] * q[0];
+        let (x, y) = ((a * q[1] - b * p[1]) / area, (b * p[0] - a * q[0]) / area);
+        grid_coordinates(corner).iter().map(|g| x * g[0] + y * g[1]).collect()
+    };
+    let difference = |j: u32, k: Option<u32>, scale: f64| {
+        let mut l = vec![0.0; step.points];
+        l[corner.e(j)] = scale;
+        l[k.map_or(0, |k| corner.e(k))] = -scale;
+        l
+    };
+    let paired = |r: Vec<f64>, mut l: Vec<f64>| {
+        let unit: f64 = l.iter().zip(&r).map(|(x, y)| x * y).sum();
+        l.iter_mut().for_each(|w| *w /= unit);
+        (r, l)
+    };
+    match (corner.kind, corner.split, n) {
+        (Kind::Crease, _, 1) => vec![(linear(0, 1.0, -1.0), difference(0, Some(1), 0.5))],
+        (Kind::Crease, SplitKind::Triangles, 2) => vec![(linear(0, 1.0, 0.0), difference(0, Some(2), 0.5))],
+        (Kind::Corner, SplitKind::Triangles, 2) => {
+            vec![(linear(0, 1.0, 1.0), difference(0, None, 1.0)), (linear(0, 0.0, 1.0), difference(2, None, 1.0))]
         }
-        (Kind::Dart, 4) => {
-            // Along the dart edge and perpendicular to it.
-            let [x, y] = spoke_direction(corner, 0);
-            let along: Vec<f64> = grid().iter().map(|p| x * p[0] + y * p[1]).collect();
-            let across: Vec<f64> = grid().iter().map(|p| x * p[1] - y * p[0]).collect();
-            let pair = |r: Vec<f64>, mut l: Vec<f64>| {
-                let unit = dot(&l, &r);
-                l.iter_mut().for_each(|w| *w /= unit);
-                (r, l)
-            };
-            vec![pair(along, even_mode(corner, step).0), pair(across, smooth_direction(4, 1.0, step.points))]
+        (Kind::Dart, SplitKind::Quads, 4) | (Kind::Dart, SplitKind::Triangles, 6) => {
+            let (s, c) = angle(corner).sin_cos();
+            // Along the dart edge and across it.
+            let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
+            vec![paired(linear(0, 1.0, c), even_mode(corner, step).0), paired(linear(0, 0.0, s), odd)]
         }
         _ => Vec::new(),
     }
 }
 
-/// Direction of spoke `j` where spokes meet at right angles and face `i` is the unit square.
+/// Direction of spoke `j` in the parameters of face `i`, continued as in the regular grid.
 fn spoke_direction(corner: Corner, j: u32) -> [f64; 2] {
-    [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][((j + 4 - corner.i) % 4) as usize]
+    const QUADS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+    const TRIANGLES: [[f64; 2]; 6] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, -1.0]];
+    match corner.split {
+        SplitKind::Quads => QUADS[((j + 4 - corner.i) % 4) as usize],
+        SplitKind::Triangles => TRIANGLES[((j + 6 - corner.i) % 6) as usize],
+    }
 }
 
-/// The canonical points' places in the parameter plane, where spokes meet at right angles.
+/// The canonical points' places in the parameters of face `i`, continued as in the regular grid.
 fn grid_coordinates(corner: Corner) -> Vec<[f64; 2]> {
     let mut grid = vec![[0.0, 0.0]];
     for j in 0..corner.n {
         let (p, q) = (spoke_direction(corner, j), spoke_direction(corner, j + 1));
-        grid.extend([p, [p[0] + q[0], p[1] + q[1]]]);
+        grid.push(p);
+        grid.extend((corner.split == SplitKind::Quads).then_some([p[0] + q[0], p[1] + q[1]]));
     }
     if !corner.kind.is_closed() {
         grid.push(spoke_direction(corner, corner.n));
     }
     let [sharp_u, sharp_v] = [corner.i == 0, corner.i + 1 == corner.n];
     grid.extend((!sharp_u).then_some([2.0, -1.0]));
-    grid.extend([[2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0]]);
+    match corner.split {
+        SplitKind::Quads => grid.extend([[2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0]]),
+        SplitKind::Triangles => grid.extend([[2.0, 0.0], [1.0, 1.0], [0.0, 2.0]]),
+    }
     grid.extend((!sharp_v).then_some([-1.0, 2.0]));
     grid
 }
@@ -330,9 +408,10 @@ mod tests {
 
     fn corners() -> impl Iterator<Item = Corner> {
         let kinds = [Kind::Smooth, Kind::Dart, Kind::Crease, Kind::Corner, Kind::Pinned];
-        kinds.into_iter().flat_map(|kind| {
+        let pairs = [SplitKind::Quads, SplitKind::Triangles].into_iter().flat_map(move |s| kinds.map(|kind| (s, kind)));
+        pairs.flat_map(|(split, kind)| {
             let least = if kind.is_closed() { 3 } else { 1 };
-            (least..=30).map(move |n| Corner { kind, n, i: if kind == Kind::Smooth { 0 } else { n / 2 } })
+            (least..=30).map(move |n| Corner { split, kind, n, i: if kind == Kind::Smooth { 0 } else { n / 2 } })
         })
     }
 
@@ -367,16 +446,32 @@ mod tests {
 
     #[test]
     fn linear_modes_are_eigenvectors_of_one_half() {
-        for (kind, n) in [(Kind::Crease, 1), (Kind::Dart, 4)] {
+        let (quads, triangles) = (SplitKind::Quads, SplitKind::Triangles);
+        let cases = [
+            (quads, Kind::Crease, 1, 1),
+            (quads, Kind::Dart, 4, 2),
+            (triangles, Kind::Crease, 1, 1),
+            (triangles, Kind::Crease, 2, 1),
+            (triangles, Kind::Corner, 2, 2),
+            (triangles, Kind::Dart, 6, 2),
+        ];
+        for (split, kind, n, count) in cases {
             for i in 0..n {
-                let step = LocalStep::new(Corner { kind, n, i });
-                let modes = linear_modes(Corner { kind, n, i }, &step);
-                assert_eq!(modes.len(), if kind == Kind::Dart { 2 } else { 1 });
-                for (r, l) in modes {
-                    assert!(residual(&l, 0.5, &step) < 1e-15);
+                let corner = Corner { split, kind, n, i };
+                let step = LocalStep::new(corner);
+                let modes = linear_modes(corner, &step);
+                assert_eq!(modes.len(), count);
+                for (r, l) in &modes {
+                    assert!(residual(l, 0.5, &step) < 1e-15, "{corner:?}");
                     for k in 0..step.points {
                         let image: f64 = step.a.row(k).map(|(c, w)| w * r[c as usize]).sum();
-                        assert!((image - 0.5 * r[k]).abs() < 1e-15, "{kind:?} face {i} point {k}");
+                        assert!((image - 0.5 * r[k]).abs() < 1e-15, "{corner:?} point {k}");
+                    }
+                }
+                for (a, (r, _)) in modes.iter().enumerate() {
+                    for (b, (_, l)) in modes.iter().enumerate() {
+                        let dot: f64 = l.iter().zip(r).map(|(x, y)| x * y).sum();
+                        assert!((dot - f64::from(u8::from(a == b))).abs() < 1e-14, "{corner:?}");
                     }
                 }
             }

@@ -235,21 +235,10 @@ impl<'a> Layout<'a> {
 
     /// Where the corner at the start of `h` lies in the face of `h`.
     pub fn corner_location(&self, h: HalfEdge) -> Location {
-        corner_location(self.table, h)
+        self.table.corner_location(h)
     }
 
     pub fn edges(&self) -> impl Iterator<Item = (Edge, u32)> + '_ {
         self.edge_owner.iter().enumerate().filter(|(_, o)| **o != NONE).map(|(e, &o)| (Edge(e as u32), o))
     }
-}
-
-/// Where the corner at the start of `h` lies in the face of `h`.
-pub(crate) fn corner_location(table: &PatchTable, h: HalfEdge) -> Location {
-    let t = table.topology();
-    let (face, corner) = (t.face(h), h.0 - t.first(t.face(h)));
-    if table.subfaces(face) == 1 {
-        let (u, v) = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][corner as usize];
-        return Location { face, subface: 0, u, v };
-    }
-    Location { face, subface: corner, u: 0.0, v: 0.0 }
 }
