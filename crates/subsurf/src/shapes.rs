@@ -32,6 +32,25 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// The same shape with every face cut into triangles from its first corner, for Loop subdivision.
+    #[must_use]
+    pub fn triangulated(&self) -> Self {
+        let mut faces = Vec::new();
+        let mut holes = Vec::new();
+        for (f, face) in self.mesh.faces().enumerate() {
+            for i in 1..face.len() - 1 {
+                if self.mesh.tags().holes.contains(&(f as u32)) {
+                    holes.push(faces.len() as u32);
+                }
+                faces.push(vec![face[0], face[i], face[i + 1]]);
+            }
+        }
+        let tags = Tags { holes, ..self.mesh.tags().clone() };
+        Self::new(format!("{}, in triangles", self.name), &faces, self.positions.clone(), tags)
+    }
+}
+
 /// A number in `[-1, 1)` that looks random and depends on `seed` alone.
 fn noise(seed: u64) -> f64 {
     let mut x = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -190,6 +209,45 @@ pub fn all() -> Vec<Shape> {
     shapes.extend([3, 5, 6, 8, 12].map(interior_vertex));
     shapes.extend([1, 2, 3, 4, 5, 7].map(boundary_vertex));
     shapes.extend(tagged());
+    shapes
+}
+
+/// Two rings of triangles round one vertex of valence `n`.
+pub fn interior_triangles(n: u32) -> Shape {
+    let at = |ring: u32, i: u32| if ring == 1 { 1 + i % n } else { 1 + n + i % (2 * n) };
+    let mut positions = vec![[0.0, 0.0, 0.4]];
+    for (ring, count) in [(1u32, n), (2, 2 * n)] {
+        for i in 0..count {
+            let a = 2.0 * PI * f64::from(i) / f64::from(count);
+            let r = f64::from(ring);
+            positions.push([r * a.cos(), r * a.sin(), bump(positions.len())]);
+        }
+    }
+    let mut faces = Vec::new();
+    for i in 0..n {
+        faces.push(vec![0, at(1, i), at(1, i + 1)]);
+        faces.push(vec![at(1, i), at(2, 2 * i), at(2, 2 * i + 1)]);
+        faces.push(vec![at(1, i), at(2, 2 * i + 1), at(1, i + 1)]);
+        faces.push(vec![at(1, i + 1), at(2, 2 * i + 1), at(2, 2 * i + 2)]);
+    }
+    Shape::new(format!("interior valence {n}, triangles"), &faces, positions, Tags::default())
+}
+
+/// All shapes that Loop subdivision takes, in all their variants.
+pub fn all_triangles() -> Vec<Shape> {
+    let mut shapes: Vec<Shape> = all().iter().map(Shape::triangulated).collect();
+    shapes.extend([3, 4, 5, 6, 7, 12].map(interior_triangles));
+    let fan = interior_triangles(6);
+    let spokes = |list: &[(u32, f64)]| Tags {
+        creases: list.iter().flat_map(|&(i, s)| [Crease::new(0, 1 + i, s), Crease::new(1 + i, 7 + 2 * i, s)]).collect(),
+        ..Tags::default()
+    };
+    shapes.extend([
+        fan.tagged("dart of valence 6, triangles", spokes(&[(0, 10.0)])),
+        fan.tagged("semi-sharp crease, triangles", spokes(&[(0, 2.3), (3, 2.3)])),
+        fan.tagged("crease through two triangles", spokes(&[(0, 10.0), (2, 10.0)])),
+        fan.tagged("corner of two triangles", spokes(&[(0, 10.0), (2, 10.0), (4, 10.0)])),
+    ]);
     shapes
 }
 

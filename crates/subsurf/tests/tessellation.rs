@@ -31,32 +31,45 @@ fn all_rates() -> Vec<Rates> {
         Rates::Uniform(2),
         Rates::Uniform(5),
         Rates::Uniform(8),
-        Rates::Tolerance(0.01),
+        Rates::Tolerance(0.02),
         Rates::Tolerance(0.1),
-        Rates::EdgeLength(0.3),
+        Rates::EdgeLength(0.4),
     ]
 }
 
-fn tessellate(shape: &Shape, rates: Rates, facets: Facets) -> Tessellation<f64> {
-    let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+fn tessellate((shape, scheme): &(Shape, Scheme), rates: Rates, facets: Facets) -> Tessellation<f64> {
+    let table = PatchTable::new(&shape.mesh, *scheme).unwrap();
     let options = TessellateOptions { rates, facets, normals: true, places: true };
     table.surface(&shape.positions).tessellate(&options).unwrap()
 }
 
+fn of_both_schemes(quads: Vec<Shape>, triangles: Vec<Shape>) -> Vec<(Shape, Scheme)> {
+    let quads = quads.into_iter().map(|s| (s, Scheme::CatmullClark));
+    quads.chain(triangles.into_iter().map(|s| (s, Scheme::Loop))).collect()
+}
+
 /// Shapes whose faces repeat no vertex and have no two edges between the same vertices.
-fn proper_shapes() -> Vec<Shape> {
-    shapes::all().into_iter().filter(|s| !s.name.starts_with("degenerate")).collect()
+fn proper_shapes() -> Vec<(Shape, Scheme)> {
+    let all = of_both_schemes(shapes::all(), shapes::all_triangles());
+    all.into_iter().filter(|(s, _)| !s.name.starts_with("degenerate")).collect()
+}
+
+fn plain_shapes() -> Vec<(Shape, Scheme)> {
+    let quads = vec![shapes::cube(), shapes::grid(4, 3), shapes::interior_vertex(5), shapes::cone(5)];
+    let triangles = vec![shapes::cube().triangulated(), shapes::interior_triangles(5), shapes::interior_triangles(9)];
+    of_both_schemes(quads, triangles)
 }
 
 #[test]
 fn the_euler_characteristic_of_the_cage_is_kept() {
-    for shape in proper_shapes() {
-        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    for pair in proper_shapes() {
+        let (shape, scheme) = &pair;
+        let table = PatchTable::new(&shape.mesh, *scheme).unwrap();
         let kept = (0..shape.mesh.face_count()).filter(|&f| !table.topology().is_hole(Face(f as u32)));
         let cage = euler(kept.map(|f| shape.mesh.face_vertices(f).to_vec()));
         for rates in all_rates() {
             for kind in [Facets::Quads, Facets::Triangles] {
-                let mesh = tessellate(&shape, rates, kind);
+                let mesh = tessellate(&pair, rates, kind);
                 let fine = euler(facets(&mesh).map(<[u32]>::to_vec));
                 assert_eq!(fine.0, cage.0, "{} {rates:?} {kind:?}", shape.name);
                 if cage.1 == 0 {
@@ -69,11 +82,12 @@ fn the_euler_characteristic_of_the_cage_is_kept() {
 
 #[test]
 fn every_facet_corner_lies_on_the_surface_at_its_place() {
-    for shape in shapes::all() {
-        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    for pair in of_both_schemes(shapes::all(), shapes::all_triangles()) {
+        let (shape, scheme) = &pair;
+        let table = PatchTable::new(&shape.mesh, *scheme).unwrap();
         let surface = table.surface(&shape.positions);
-        for rates in all_rates() {
-            let mesh = tessellate(&shape, rates, Facets::Quads);
+        for rates in [Rates::Uniform(2), Rates::Uniform(5), Rates::Tolerance(0.05), Rates::EdgeLength(0.5)] {
+            let mesh = tessellate(&pair, rates, Facets::Quads);
             let places = mesh.places.as_ref().unwrap();
             assert_eq!(places.facet.len() + 1, mesh.face_offsets.len());
             for (facet, range) in mesh.face_offsets.windows(2).enumerate() {
@@ -93,9 +107,10 @@ fn every_facet_corner_lies_on_the_surface_at_its_place() {
 
 #[test]
 fn facets_are_seen_from_the_side_of_their_normals() {
-    for shape in [shapes::cube(), shapes::cone(5), shapes::grid(3, 3), shapes::interior_vertex(5)] {
+    for pair in plain_shapes() {
+        let shape = &pair.0;
         for rates in all_rates() {
-            let mesh = tessellate(&shape, rates, Facets::Triangles);
+            let mesh = tessellate(&pair, rates, Facets::Triangles);
             let normals = if mesh.normal_corners.is_empty() { &mesh.corners } else { &mesh.normal_corners };
             for (k, f) in facets(&mesh).enumerate() {
                 let [a, b, c] = [0, 1, 2].map(|i| mesh.positions[f[i] as usize]);
@@ -113,24 +128,41 @@ fn facets_are_seen_from_the_side_of_their_normals() {
 
 #[test]
 fn one_and_two_threads_give_the_same_bits() {
-    for shape in shapes::all() {
-        for rates in [Rates::Uniform(4), Rates::Tolerance(0.02)] {
+    for pair in of_both_schemes(shapes::all(), shapes::all_triangles()) {
+        for rates in [Rates::Uniform(4), Rates::Tolerance(0.05)] {
             let on = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| tessellate(&shape, rates, Facets::Quads))
+                pool.install(|| tessellate(&pair, rates, Facets::Quads))
             };
-            assert!(on(1) == on(2), "{} {rates:?}", shape.name);
+            assert!(on(1) == on(2), "{} {rates:?}", pair.0.name);
         }
     }
 }
 
+/// Distance from `p` to the nearest point of a triangle, by repeated quartering of the triangle.
+fn nearest(p: [f64; 3], t: [[f64; 3]; 3], depth: u32) -> f64 {
+    let middle = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| 0.5 * (a[i] + b[i]));
+    let far = |q: [f64; 3]| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+    let [a, b, c] = t;
+    let centre = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+    if depth == 0 {
+        return far(centre);
+    }
+    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+    let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
+    let at = |t: &[[f64; 3]; 3]| far([0, 1, 2].map(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0));
+    let best = parts.iter().min_by(|x, y| at(x).total_cmp(&at(y))).unwrap();
+    nearest(p, *best, depth - 1)
+}
+
 #[test]
 fn tolerances_are_kept_at_the_middle_of_facets_and_sides() {
-    for shape in [shapes::cube(), shapes::grid(4, 3), shapes::interior_vertex(5), shapes::cone(5)] {
-        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    for pair in plain_shapes() {
+        let (shape, scheme) = &pair;
+        let table = PatchTable::new(&shape.mesh, *scheme).unwrap();
         let surface = table.surface(&shape.positions);
         for tolerance in [0.03, 0.003] {
-            let mesh = tessellate(&shape, Rates::Tolerance(tolerance), Facets::Triangles);
+            let mesh = tessellate(&pair, Rates::Tolerance(tolerance), Facets::Triangles);
             let places = mesh.places.as_ref().unwrap();
             let mut worst = 0.0f64;
             for (k, w) in mesh.face_offsets.windows(2).enumerate() {
@@ -140,8 +172,8 @@ fn tolerances_are_kept_at_the_middle_of_facets_and_sides() {
                 let (face, subface) = places.facet[k];
                 let [u, v] = [0, 1].map(|i| middle(&|c| places.corner_uv[c][i]));
                 let p = surface.position(Location { face: Face(face), subface, u, v }).unwrap();
-                let q = [0, 1, 2].map(|i| middle(&|c| mesh.positions[mesh.corners[c] as usize][i]));
-                worst = worst.max((0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt());
+                let facet: Vec<[f64; 3]> = range.map(|c| mesh.positions[mesh.corners[c] as usize]).collect();
+                worst = worst.max(nearest(p, [facet[0], facet[1], facet[2]], 8));
             }
             assert!(worst <= tolerance, "{} {tolerance}: {worst}", shape.name);
         }
@@ -151,12 +183,12 @@ fn tolerances_are_kept_at_the_middle_of_facets_and_sides() {
 #[test]
 fn infinitely_sharp_creases_have_two_normals_and_one_point() {
     let creased = shapes::tagged().into_iter().find(|s| s.name == "single crease, infinite").unwrap();
-    let mesh = tessellate(&creased, Rates::Uniform(4), Facets::Quads);
+    let mesh = tessellate(&(creased, Scheme::CatmullClark), Rates::Uniform(4), Facets::Quads);
     // Four edges of four facets: 3 inner points each, and 3 inner vertices; the two ends lie on the boundary, where the
     // crease's end is a corner with a sector on either side.
     assert_eq!(mesh.normals.len(), mesh.positions.len() + 4 * 3 + 3 + 2);
     assert_eq!(mesh.normal_corners.len(), mesh.corners.len());
-    let smooth = tessellate(&shapes::cube(), Rates::Uniform(4), Facets::Quads);
+    let smooth = tessellate(&(shapes::cube(), Scheme::CatmullClark), Rates::Uniform(4), Facets::Quads);
     assert_eq!(smooth.normals.len(), smooth.positions.len());
     assert!(smooth.normal_corners.is_empty());
 }

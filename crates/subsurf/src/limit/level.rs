@@ -133,10 +133,11 @@ mod tests {
 
     #[test]
     fn limits_of_two_levels_agree_where_they_share_vertices() {
-        for shape in shapes::all() {
-            let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let quads = shapes::all().into_iter().map(|s| (s, Scheme::CatmullClark));
+        for (shape, scheme) in quads.chain(shapes::all_triangles().into_iter().map(|s| (s, Scheme::Loop))) {
+            let table = PatchTable::new(&shape.mesh, scheme).unwrap();
             let surface = table.surface(&shape.positions);
-            let level = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+            let level = Level::new(&shape.mesh, scheme).unwrap();
             let (one, values1) = (level.refine().unwrap(), level.refine_values(&shape.positions));
             let (two, values2) = (one.refine().unwrap(), one.refine_values(&values1));
             let (a, b) = (surface.limit_of_level(&one, &values1), surface.limit_of_level(&two, &values2));

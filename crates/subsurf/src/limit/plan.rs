@@ -111,21 +111,16 @@ impl Found<'_> {
     /// Goes on to the child that holds the place: its number, and -1 where it is turned upside down.
     fn descend(&mut self, split: SplitKind) -> (usize, f64) {
         let (u, v) = (self.u, self.v);
-        let high = [u >= 0.5, v >= 0.5];
-        let corner = |x: f64, high: bool| if high { 2.0 * x - 1.0 } else { 2.0 * x };
-        let child = match (split, high) {
-            (SplitKind::Quads, [false, true]) => 3,
-            (_, [true, true]) => 2,
-            (_, [true, false]) => 1,
-            (SplitKind::Triangles, [false, true]) => 2,
-            (SplitKind::Triangles, _) if u + v > 0.5 => {
-                (self.u, self.v) = (1.0 - 2.0 * u, 1.0 - 2.0 * v);
-                return (3, -1.0);
-            }
-            _ => 0,
+        let (child, u, v, flip) = match (split, u >= 0.5, v >= 0.5) {
+            (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
+            (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
+            (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
+            (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
+            (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
+            _ => (0, 2.0 * u, 2.0 * v, 1.0),
         };
-        (self.u, self.v) = (corner(u, high[0]), corner(v, high[1]));
-        (child, 1.0)
+        (self.u, self.v) = (u, v);
+        (child, flip)
     }
 }
 

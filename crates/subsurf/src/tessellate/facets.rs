@@ -3,7 +3,7 @@
 //! Where all rates fit, a plain grid. Elsewhere an inner grid, and between it and each side a strip of triangles that
 //! depends on that side's rate alone, so that the neighbour sees the same points.
 
-use super::layout::{Layout, PatchGrid};
+use super::layout::{Layout, PatchGrid, on_side};
 use super::normals::Sides;
 use super::{Facets, TessellateOptions};
 use crate::index::Face;
@@ -69,15 +69,16 @@ pub(super) fn of_faces(
 
 struct Patch {
     grid: PatchGrid,
-    /// Corners along the four sides, each from its patch corner to the next, both included.
-    side: [Vec<Corner>; 4],
+    /// Corners along the sides, each from its patch corner to the next, both included.
+    side: Vec<Vec<Corner>>,
 }
 
 impl Patch {
     fn new(layout: &Layout<'_>, sides: &Sides, f: Face, subface: u32, own_normals: bool) -> Self {
         let t = layout.table.topology();
         let is_quad = layout.table.subfaces(f) == 1;
-        let side = [0, 1, 2, 3].map(|s| {
+        let is_triangle = layout.is_triangle();
+        let side = |s: usize| -> Vec<Corner> {
             let points = layout.side(f, subface, s);
             let n = points.len() as u32 - 1;
             let along = |k: u32| f64::from(k) / f64::from(n);
@@ -109,28 +110,31 @@ impl Patch {
                 .enumerate()
                 .map(|(k, &point)| {
                     let k = k as u32;
-                    let uv = match s {
-                        0 => [along(k), 0.0],
-                        1 => [1.0, along(k)],
-                        2 => [along(n - k), 1.0],
-                        _ => [0.0, along(n - k)],
-                    };
+                    let uv = on_side(is_triangle, s, along(k), along(n - k));
                     Corner { point, normal: normal(k, point), uv }
                 })
                 .collect()
-        });
-        Self { grid: layout.grid(f, subface), side }
+        };
+        let sides = if is_triangle { 3 } else { 4 };
+        Self { grid: layout.grid(f, subface), side: (0..sides).map(side).collect() }
     }
 
     fn inner(&self, i: u32, j: u32) -> Corner {
-        let [nu, nv] = self.grid.cells;
         let point = self.grid.inner(i, j);
-        Corner { point, normal: point, uv: [f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv)] }
+        Corner { point, normal: point, uv: self.grid.uv(i, j) }
     }
 
     /// Grid point `(i, j)` where the sides' rates are those of the inside.
     fn at(&self, i: u32, j: u32) -> Corner {
         let [nu, nv] = self.grid.cells;
+        if self.grid.is_triangle {
+            return match (i, j) {
+                (i, 0) => self.side[0][i as usize],
+                (i, j) if i + j == nu => self.side[1][j as usize],
+                (0, j) => self.side[2][(nu - j) as usize],
+                (i, j) => self.inner(i, j),
+            };
+        }
         match (i, j) {
             (i, 0) => self.side[0][i as usize],
             (i, j) if i == nu => self.side[1][j as usize],
@@ -142,31 +146,55 @@ impl Patch {
 
     fn facets(&self, emit: &mut dyn FnMut(&[Corner])) {
         let [nu, nv] = self.grid.cells;
-        let rates = [0, 1, 2, 3].map(|s| self.side[s].len() as u32 - 1);
-        if rates == [nu, nv, nu, nv] {
-            for j in 0..nv {
-                for i in 0..nu {
-                    emit(&[self.at(i, j), self.at(i + 1, j), self.at(i + 1, j + 1), self.at(i, j + 1)]);
+        let fits = self.side.iter().enumerate().all(|(s, side)| side.len() as u32 - 1 == [nu, nv][s % 2]);
+        let at = |i: u32, j: u32| if fits { self.at(i, j) } else { self.inner(i, j) };
+        // Where rates differ, the grid stops one row short of every side.
+        let rim = u32::from(!fits);
+        if self.grid.is_triangle {
+            let last = nu - rim;
+            for j in rim..last {
+                for i in rim..last.saturating_sub(j) {
+                    emit(&[at(i, j), at(i + 1, j), at(i, j + 1)]);
+                    if i + j + 2 <= last {
+                        emit(&[at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                    }
                 }
             }
-            return;
-        }
-        for j in 1..nv - 1 {
-            for i in 1..nu - 1 {
-                emit(&[self.inner(i, j), self.inner(i + 1, j), self.inner(i + 1, j + 1), self.inner(i, j + 1)]);
+        } else {
+            for j in rim..nv - rim {
+                for i in rim..nu - rim {
+                    emit(&[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                }
             }
         }
-        let rim: [Vec<Corner>; 4] = [
-            (1..nu).map(|i| self.inner(i, 1)).collect(),
-            (1..nv).map(|j| self.inner(nu - 1, j)).collect(),
-            (1..nu).rev().map(|i| self.inner(i, nv - 1)).collect(),
-            (1..nv).rev().map(|j| self.inner(1, j)).collect(),
-        ];
-        for s in 0..4 {
-            let axis = s % 2;
+        if fits {
+            return;
+        }
+        let inner =
+            |line: Vec<(u32, u32)>| -> Vec<Corner> { line.into_iter().map(|(i, j)| self.inner(i, j)).collect() };
+        let lines: Vec<Vec<Corner>> = if self.grid.is_triangle {
+            vec![
+                inner((1..nu - 1).map(|i| (i, 1)).collect()),
+                inner((1..nu - 1).map(|j| (nu - 1 - j, j)).collect()),
+                inner((1..nu - 1).rev().map(|j| (1, j)).collect()),
+            ]
+        } else {
+            vec![
+                inner((1..nu).map(|i| (i, 1)).collect()),
+                inner((1..nv).map(|j| (nu - 1, j)).collect()),
+                inner((1..nu).rev().map(|i| (i, nv - 1)).collect()),
+                inner((1..nv).rev().map(|j| (1, j)).collect()),
+            ]
+        };
+        for (s, (outer, inner)) in self.side.iter().zip(&lines).enumerate() {
             // How far along the side a corner lies.
-            let along = |c: &Corner| if s < 2 { c.uv[axis] } else { 1.0 - c.uv[axis] };
-            strip(&self.side[s], &rim[s], along, emit);
+            let along = |c: &Corner| match (self.grid.is_triangle, s) {
+                (_, 0) => c.uv[0],
+                (_, 1) => c.uv[1],
+                (false, 2) => 1.0 - c.uv[0],
+                _ => 1.0 - c.uv[1],
+            };
+            strip(outer, inner, along, emit);
         }
     }
 }

@@ -4,6 +4,7 @@ use super::TessellateError;
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::limit::{Location, PatchTable};
 use crate::mesh::MAX_COUNT;
+use crate::scheme::SplitKind;
 use crate::topology::NONE;
 use std::ops::Range;
 
@@ -15,24 +16,47 @@ pub(super) struct PatchRates {
     pub patch: Vec<[u32; 2]>,
 }
 
-/// A grid of facets over one patch, or what stands in for it.
+/// A grid of facets over one patch.
 #[derive(Clone, Copy)]
 pub(super) struct PatchGrid {
-    /// Facets across u and v.
+    /// Facets across u and v; both the same for triangles.
     pub cells: [u32; 2],
     /// First interior point.
     pub first: u32,
+    pub is_triangle: bool,
 }
 
 impl PatchGrid {
     /// Interior point `(i, j)`, both from 1.
     pub fn inner(&self, i: u32, j: u32) -> u32 {
-        self.first + (j - 1) * (self.cells[0] - 1) + i - 1
+        let n = self.cells[0];
+        if self.is_triangle {
+            // Row j has n - 1 - j points.
+            return self.first + (j - 1) * (n - 1) - (j - 1) * j / 2 + i - 1;
+        }
+        self.first + (j - 1) * (n - 1) + i - 1
     }
 
+    /// Number of interior points.
     pub fn points(&self) -> u32 {
-        (self.cells[0] - 1) * (self.cells[1] - 1)
+        inner_points(self.is_triangle, self.cells.map(u64::from)) as u32
     }
+
+    /// All interior points `(i, j)` in order.
+    pub fn interior(self) -> impl Iterator<Item = (u32, u32)> {
+        let [nu, nv] = self.cells;
+        let row = move |j: u32| if self.is_triangle { 1..nu.saturating_sub(j) } else { 1..nu };
+        (1..nv).flat_map(move |j| row(j).map(move |i| (i, j)))
+    }
+
+    /// Parameters of grid point `(i, j)`.
+    pub fn uv(&self, i: u32, j: u32) -> [f64; 2] {
+        [f64::from(i) / f64::from(self.cells[0]), f64::from(j) / f64::from(self.cells[1])]
+    }
+}
+
+fn inner_points(is_triangle: bool, [nu, nv]: [u64; 2]) -> u64 {
+    if is_triangle { (nu - 1) * nu.saturating_sub(2) / 2 } else { (nu - 1) * (nv - 1) }
 }
 
 pub(super) struct Layout<'a> {
@@ -54,6 +78,7 @@ pub(super) struct Layout<'a> {
 impl<'a> Layout<'a> {
     pub fn new(table: &'a PatchTable, rates: PatchRates) -> Self {
         let t = table.topology();
+        let is_triangle = table.scheme().split() == SplitKind::Triangles;
         let mut vertex_owner = vec![NONE; t.vertex_count()];
         let mut edge_owner = vec![NONE; t.edge_count()];
         for h in (0..t.half_edge_count() as u32).rev().map(HalfEdge) {
@@ -84,8 +109,8 @@ impl<'a> Layout<'a> {
             if t.is_hole(f) {
                 continue;
             }
-            let [nu, nv] = rates.patch[table.patch(f, 0)].map(u64::from);
-            let inner = (nu - 1) * (nv - 1);
+            let cells = rates.patch[table.patch(f, 0)].map(u64::from);
+            let (nu, inner) = (cells[0], inner_points(is_triangle, cells));
             let n = u64::from(table.subfaces(f));
             // Sub-faces share the centre and the points inside their spokes.
             next += if n == 1 { inner } else { 1 + n * (nu - 1) + n * inner };
@@ -182,10 +207,15 @@ impl<'a> Layout<'a> {
         self.centre(f) + 1 + (j % sides) * (n - 1) + k - 1
     }
 
+    /// True under Loop, where every patch is a triangle.
+    pub fn is_triangle(&self) -> bool {
+        self.table.scheme().split() == SplitKind::Triangles
+    }
+
     pub fn grid(&self, f: Face, subface: u32) -> PatchGrid {
         let cells = self.rates.patch[self.table.patch(f, subface)];
         let first = self.face_first[f.index()] as u32;
-        let mut grid = PatchGrid { cells, first };
+        let mut grid = PatchGrid { cells, first, is_triangle: self.is_triangle() };
         let n = self.table.subfaces(f);
         if n > 1 {
             grid.first += 1 + n * (cells[0] - 1) + subface * grid.points();
@@ -222,8 +252,7 @@ impl<'a> Layout<'a> {
         let part = |k: u32, of: u32| f64::from(k) / f64::from(of);
         let n = self.table.subfaces(face);
         if n == 1 {
-            let (there, back) = (part(k, rate), part(rate - k, rate));
-            let (u, v) = [(there, 0.0), (1.0, there), (back, 1.0), (0.0, back)][corner as usize];
+            let [u, v] = on_side(self.is_triangle(), corner as usize, part(k, rate), part(rate - k, rate));
             return Location { face, subface: 0, u, v };
         }
         if 2 * k <= rate {
@@ -240,5 +269,16 @@ impl<'a> Layout<'a> {
 
     pub fn edges(&self) -> impl Iterator<Item = (Edge, u32)> + '_ {
         self.edge_owner.iter().enumerate().filter(|(_, o)| **o != NONE).map(|(e, &o)| (Edge(e as u32), o))
+    }
+}
+
+/// Parameters at `there` of the way along side `side` of a patch, `back` being the rest of the way.
+pub(super) fn on_side(is_triangle: bool, side: usize, there: f64, back: f64) -> [f64; 2] {
+    match (is_triangle, side) {
+        (_, 0) => [there, 0.0],
+        (false, 1) => [1.0, there],
+        (false, 2) => [back, 1.0],
+        (true, 1) => [back, there],
+        _ => [0.0, back],
     }
 }

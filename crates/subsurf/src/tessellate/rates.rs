@@ -1,10 +1,15 @@
 //! Rates for edges and patches. A rate along an edge depends on the edge alone, so that both its faces agree.
+//!
+//! Adaptive rates are found by measuring: from the coarsest on, until facets keep the goal at points between their
+//! corners. Distances are to the facets themselves, not to the points of equal parameter, which drift apart next to
+//! extraordinary vertices.
 
-use super::layout::PatchRates;
+use super::layout::{PatchRates, on_side};
 use super::{FINEST, Rates, TessellateError};
 use crate::index::{Face, HalfEdge};
-use crate::limit::{Jet, LimitSurface, Location, PatchTable};
+use crate::limit::{LimitSurface, Location, PatchTable};
 use crate::real::Real;
+use crate::scheme::SplitKind;
 use crate::topology::NONE;
 use rayon::prelude::*;
 
@@ -17,19 +22,19 @@ pub(super) fn choose<T: Real>(surface: &LimitSurface<'_, T, 3>, rates: Rates) ->
         Rates::Uniform(rate) => Ok(uniform(surface.table(), rate)),
         Rates::Tolerance(value) => {
             positive("tolerance", value)?;
-            Ok(adaptive(surface, &Goal::Deviation(value)))
+            Ok(adaptive(surface, Goal::Deviation(value)))
         }
         Rates::EdgeLength(value) => {
             positive("edge length", value)?;
-            Ok(adaptive(surface, &Goal::Length(value)))
+            Ok(adaptive(surface, Goal::Length(value)))
         }
     }
 }
 
 fn uniform(table: &PatchTable, rate: u32) -> PatchRates {
     let t = table.topology();
-    let all_quads = (0..t.face_count() as u32).all(|f| table.subfaces(Face(f)) == 1);
-    let rate = if all_quads { rate } else { rate + rate % 2 };
+    let no_subfaces = (0..t.face_count() as u32).all(|f| table.subfaces(Face(f)) == 1);
+    let rate = if no_subfaces { rate } else { rate + rate % 2 };
     let mut patch = Vec::with_capacity(table.patch_count());
     for f in (0..t.face_count() as u32).map(Face) {
         let n = table.subfaces(f);
@@ -39,6 +44,7 @@ fn uniform(table: &PatchTable, rate: u32) -> PatchRates {
     PatchRates { edge: vec![rate; t.edge_count()], patch }
 }
 
+#[derive(Clone, Copy)]
 enum Goal {
     /// Distance between facets and surface.
     Deviation(f64),
@@ -46,57 +52,60 @@ enum Goal {
     Length(f64),
 }
 
-impl Goal {
-    /// Facets that a curve of these jets needs; its parameter runs from 0 to 1 with derivative `first`.
-    fn along(&self, curve: &[([f64; 3], [f64; 3])]) -> f64 {
-        match self {
-            // A chord of parameter length h deviates by |f''| h² / 8.
-            Goal::Deviation(tolerance) => {
-                let bend = curve.iter().map(|c| length(c.1)).fold(0.0, f64::max);
-                (bend / (8.0 * tolerance)).sqrt()
-            }
-            Goal::Length(side) => curve.iter().map(|c| length(c.0)).fold(0.0, f64::max) / side,
-        }
-    }
-}
+/// Shares of a tolerance. A triangle between an edge and an inner grid of another rate errs by up to what both err.
+const EDGE_SHARE: f64 = 0.6;
+const UNEVEN_SHARE: f64 = 0.4;
+/// A plain grid errs by itself only; the rest is for what lies between the points measured.
+const EVEN_SHARE: f64 = 0.8;
 
 impl Goal {
-    /// Whether a facet side from `a` to `b` will do, `middle` being the surface between them.
-    fn side_is_met(&self, a: [f64; 3], middle: [f64; 3], b: [f64; 3]) -> bool {
+    /// The same goal with a share of the tolerance.
+    fn share(self, share: f64) -> Self {
         match self {
-            Goal::Deviation(_) => self.diagonal_is_met(a, middle, b),
-            Goal::Length(side) => length([0, 1, 2].map(|i| b[i] - a[i])) <= *side,
+            Goal::Deviation(tolerance) => Goal::Deviation(share * tolerance),
+            Goal::Length(_) => self,
         }
     }
 
-    fn diagonal_is_met(&self, a: [f64; 3], middle: [f64; 3], b: [f64; 3]) -> bool {
+    /// Whether a facet side from `a` to `b` will do, `between` being points of the surface along it.
+    fn side_is_met(self, a: Point, b: Point, between: &[Point]) -> bool {
         match self {
-            Goal::Deviation(tolerance) => {
-                length([0, 1, 2].map(|i| 0.5 * (a[i] + b[i]) - middle[i])) <= SHARE * tolerance
-            }
-            Goal::Length(_) => true,
+            Goal::Deviation(tolerance) => between.iter().all(|&p| to_segment(p, a, b) <= tolerance),
+            Goal::Length(side) => length(minus(b, a)) <= side,
         }
+    }
+
+    /// Whether the triangles `a b c` and, of a quad, `a c d` will do for points of the surface over them.
+    fn inside_is_met(self, triangles: &[[Point; 3]], over: &[Point]) -> bool {
+        let Goal::Deviation(tolerance) = self else { return true };
+        over.iter().all(|&p| triangles.iter().any(|&t| to_triangle(p, t) <= tolerance))
+    }
+
+    /// The first of some growing rates, from `least` on, that meets the goal.
+    fn first(least: u32, meets: impl Fn(u32) -> bool) -> u32 {
+        let mut n = least;
+        while n < FINEST && !meets(n) {
+            n = (n + n.div_ceil(4)).min(FINEST);
+        }
+        n
     }
 }
 
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+/// Points measured per side of a facet: more on coarse grids, where a single one may lie on the facet by chance.
+fn probes(n: u32) -> u32 {
+    if n < 4 { 4 } else { 2 }
 }
 
-/// Samples per direction from which rates are chosen.
-const PROBES: u32 = 8;
-
-fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: &Goal) -> PatchRates {
+fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal) -> PatchRates {
     let table = surface.table();
     let t = table.topology();
-    let rate = |need: f64| if need.is_finite() { (need.ceil() as u32).clamp(1, FINEST) } else { FINEST };
     let mut owner = vec![NONE; t.edge_count()];
-    let mut beside_polygon = vec![false; t.edge_count()];
+    let mut beside_subfaces = vec![false; t.edge_count()];
     for h in (0..t.half_edge_count() as u32).rev().map(HalfEdge) {
         if !t.is_hole(t.face(h)) {
             owner[t.edge(h).index()] = h.0;
         }
-        beside_polygon[t.edge(h).index()] |= table.subfaces(t.face(h)) > 1;
+        beside_subfaces[t.edge(h).index()] |= table.subfaces(t.face(h)) > 1;
     }
     let edge: Vec<u32> = (0..t.edge_count())
         .into_par_iter()
@@ -104,10 +113,8 @@ fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: &Goal) -> PatchRate
             if owner[e] == NONE {
                 return 2;
             }
-            let h = HalfEdge(owner[e]);
-            let mut n = rate(goal.along(&edge_curve(surface, h)));
-            n = finer(n, |n| edge_meets(surface, goal, h, n));
-            if beside_polygon[e] { n + n % 2 } else { n }
+            let n = Goal::first(1, |n| edge_meets(surface, goal.share(EDGE_SHARE), HalfEdge(owner[e]), n));
+            if beside_subfaces[e] { n + n % 2 } else { n }
         })
         .collect();
     let faces: Vec<Vec<[u32; 2]>> = (0..t.face_count() as u32)
@@ -119,144 +126,187 @@ fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: &Goal) -> PatchRate
                 return vec![[1, 1]; n];
             }
             let sides: Vec<u32> = (0..t.sides(f)).map(|c| edge[t.edge(t.half_edge(f, c)).index()]).collect();
-            face_rates(surface, goal, f, &sides, &rate)
+            face_rates(surface, goal, f, &sides)
         })
         .collect();
     PatchRates { edge, patch: faces.concat() }
 }
 
-/// The first of `n` and some larger rates that meets the goal.
-fn finer(mut n: u32, meets: impl Fn(u32) -> bool) -> u32 {
-    while n < FINEST && !meets(n) {
-        n = (n + n.div_ceil(4)).min(FINEST);
-    }
-    n
-}
-
-/// Share of a tolerance that sides and facets may use up, so that triangles between unequal rates stay within it.
-const SHARE: f64 = 0.8;
-
-/// True where an edge in `n` pieces keeps the goal, measured at the middle of every piece.
-fn edge_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: &Goal, h: HalfEdge, n: u32) -> bool {
+/// True where an edge in `n` pieces keeps the goal.
+fn edge_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, h: HalfEdge, n: u32) -> bool {
+    let p = probes(n);
     let at = |k: u32| {
-        let s = f64::from(k) / f64::from(2 * n);
-        surface.position(along_edge(surface.table(), h, s).0).expect("owners are no holes")
+        let s = f64::from(k) / f64::from(p * n);
+        surface.position(along_edge(surface.table(), h, s)).expect("owners are no holes")
     };
-    let points: Vec<[f64; 3]> = (0..=2 * n).map(at).collect();
-    points.windows(3).step_by(2).all(|p| goal.side_is_met(p[0], p[1], p[2]))
+    let points: Vec<Point> = (0..=p * n).map(at).collect();
+    let p = p as usize;
+    (0..n as usize).all(|i| goal.side_is_met(points[p * i], points[p * (i + 1)], &points[p * i + 1..p * (i + 1)]))
 }
 
-/// True where a patch in `nu × nv` facets keeps the goal, measured at the middle of every facet and its sides.
-fn patch_meets<T: Real>(
-    surface: &LimitSurface<'_, T, 3>,
-    goal: &Goal,
-    f: Face,
-    subface: u32,
-    [nu, nv]: [u32; 2],
-) -> bool {
-    let at = |i: u32, j: u32| {
-        let (u, v) = (f64::from(i) / f64::from(2 * nu), f64::from(j) / f64::from(2 * nv));
-        surface.position(Location { face: f, subface, u, v }).expect("holes have no rates")
-    };
-    let row = |j: u32| -> Vec<[f64; 3]> { (0..=2 * nu).map(|i| at(i, j)).collect() };
-    let mut below = row(0);
-    for j in 0..nv {
-        let (middle, above) = (row(2 * j + 1), row(2 * j + 2));
-        for i in (0..2 * nu as usize).step_by(2) {
-            let met = goal.side_is_met(below[i], below[i + 1], below[i + 2])
-                && goal.side_is_met(below[i], middle[i], above[i])
-                && goal.diagonal_is_met(below[i], middle[i + 1], above[i + 2])
-                && goal.diagonal_is_met(below[i + 2], middle[i + 1], above[i]);
-            if !met {
-                return false;
-            }
-        }
-        below = above;
-    }
-    true
-}
-
-/// First and second derivative along an edge, its parameter running from 0 to 1, at probes off the ends, where they may
-/// be unbounded.
-fn edge_curve<T: Real>(surface: &LimitSurface<'_, T, 3>, h: HalfEdge) -> Vec<([f64; 3], [f64; 3])> {
-    (0..PROBES)
-        .map(|k| {
-            let (at, along_u, scale) = along_edge(surface.table(), h, (f64::from(k) + 0.5) / f64::from(PROBES));
-            let jet = surface.eval_second(at).expect("owners are no holes");
-            let second = jet.second.unwrap_or([[0.0; 3]; 3]);
-            let (d, dd) = if along_u { (jet.du, second[0]) } else { (jet.dv, second[2]) };
-            (d.map(|x| scale * x), dd.map(|x| scale * scale * x))
-        })
-        .collect()
-}
-
-/// The place at `s` in `[0, 1]` along `h`, whether the edge runs along u there, and the speed of its parameter.
-fn along_edge(table: &PatchTable, h: HalfEdge, s: f64) -> (Location, bool, f64) {
+/// The place at `s` in `[0, 1]` along `h`.
+fn along_edge(table: &PatchTable, h: HalfEdge, s: f64) -> Location {
     let t = table.topology();
     let face = t.face(h);
     let corner = h.0 - t.first(face);
     let n = table.subfaces(face);
     if n == 1 {
-        let (u, v) = [(s, 0.0), (1.0, s), (1.0 - s, 1.0), (0.0, 1.0 - s)][corner as usize];
-        (Location { face, subface: 0, u, v }, corner.is_multiple_of(2), 1.0)
+        let is_triangle = table.scheme().split() == SplitKind::Triangles;
+        let [u, v] = on_side(is_triangle, corner as usize, s, 1.0 - s);
+        Location { face, subface: 0, u, v }
     } else if s < 0.5 {
-        (Location { face, subface: corner, u: 2.0 * s, v: 0.0 }, true, 2.0)
+        Location { face, subface: corner, u: 2.0 * s, v: 0.0 }
     } else {
-        (Location { face, subface: (corner + 1) % n, u: 0.0, v: 2.0 - 2.0 * s }, false, 2.0)
+        Location { face, subface: (corner + 1) % n, u: 0.0, v: 2.0 - 2.0 * s }
     }
 }
 
-/// Rates of a face's patches: those of the sides where they agree and suffice, else an inner grid of at least 2 × 2.
-fn face_rates<T: Real>(
-    surface: &LimitSurface<'_, T, 3>,
-    goal: &Goal,
-    f: Face,
-    sides: &[u32],
-    rate: &dyn Fn(f64) -> u32,
-) -> Vec<[u32; 2]> {
+/// Rates of a face's patches: those of the sides where they agree and suffice, else an inner grid with a point inside.
+fn face_rates<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, f: Face, sides: &[u32]) -> Vec<[u32; 2]> {
     let subfaces = surface.table().subfaces(f);
-    let mut need = [0.0f64; 2];
-    for subface in 0..subfaces {
-        let probe = |k: u32| (f64::from(k) + 0.5) / f64::from(PROBES);
-        let grid: Vec<Jet<3>> = (0..PROBES * PROBES)
-            .filter_map(|k| {
-                surface.eval_second(Location { face: f, subface, u: probe(k % PROBES), v: probe(k / PROBES) })
-            })
-            .collect();
-        let second = |j: &Jet<3>| j.second.unwrap_or([[0.0; 3]; 3]);
-        // A bilinear facet errs in both directions and by its twist: a third of the tolerance each.
-        let share = if matches!(goal, Goal::Deviation(_)) { 3f64.sqrt() } else { 1.0 };
-        let u: Vec<_> = grid.iter().map(|j| (j.du, second(j)[0])).collect();
-        let v: Vec<_> = grid.iter().map(|j| (j.dv, second(j)[2])).collect();
-        need = [need[0].max(share * goal.along(&u)), need[1].max(share * goal.along(&v))];
-        if let Goal::Deviation(tolerance) = goal {
-            // The twist of a facet split along a diagonal: |f_uv| h_u h_v / 4.
-            let twist = grid.iter().map(|j| length(second(j)[1])).fold(0.0, f64::max);
-            let cells = (0.75 * twist / tolerance).sqrt();
-            let grow = (cells / (need[0].max(1.0) * need[1].max(1.0)).sqrt()).max(1.0);
-            need = need.map(|n| n.max(1.0) * grow);
+    if surface.table().scheme().split() == SplitKind::Triangles {
+        let meets = |share: f64, n: u32| triangle_meets(surface, goal.share(share), f, n);
+        let agree = sides.iter().all(|&s| s == sides[0]);
+        let even = agree && meets(EVEN_SHARE, sides[0]);
+        let n = if even { sides[0] } else { Goal::first(3, |n| meets(UNEVEN_SHARE, n)) };
+        return vec![[n, n]];
+    }
+    let meets = |share: f64, cells: [u32; 2]| {
+        let patch = |subface: u32| Location { face: f, subface, u: 0.0, v: 0.0 };
+        (0..subfaces).all(|s| quad_meets(surface, goal.share(share), patch(s), cells))
+    };
+    if subfaces > 1 {
+        // Sub-faces share their spokes: one rate for all, in both directions.
+        let half = sides[0] / 2;
+        let agree = sides.iter().all(|&s| s / 2 == half);
+        let even = agree && meets(EVEN_SHARE, [half, half]);
+        let n = if even { half } else { Goal::first(2, |n| meets(UNEVEN_SHARE, [n, n])) };
+        return vec![[n, n]; subfaces as usize];
+    }
+    let agree = sides[0] == sides[2] && sides[1] == sides[3];
+    if agree && meets(EVEN_SHARE, [sides[0], sides[1]]) {
+        return vec![[sides[0], sides[1]]];
+    }
+    // Grow evenly from what the sides ask for.
+    let [mut nu, mut nv] = [sides[0].max(sides[2]), sides[1].max(sides[3])].map(|n| n.max(2));
+    while (nu < FINEST || nv < FINEST) && !meets(UNEVEN_SHARE, [nu, nv]) {
+        [nu, nv] = [nu, nv].map(|n| (n + n.div_ceil(4)).min(FINEST));
+    }
+    vec![[nu, nv]]
+}
+
+/// True where a quad patch in `nu × nv` facets keeps the goal.
+fn quad_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, patch: Location, [nu, nv]: [u32; 2]) -> bool {
+    let [pu, pv] = [probes(nu), probes(nv)];
+    let row = |j: u32| -> Vec<Point> {
+        let v = f64::from(j) / f64::from(pv * nv);
+        let at = |i: u32| Location { u: f64::from(i) / f64::from(pu * nu), v, ..patch };
+        (0..=pu * nu).map(|i| surface.position(at(i)).expect("holes have no rates")).collect()
+    };
+    let mut first = row(0);
+    for j in 0..nv {
+        let mut rows = vec![first];
+        rows.extend((1..=pv).map(|k| row(pv * j + k)));
+        for i in (0..(pu * nu) as usize).step_by(pu as usize) {
+            let (bottom, top, right) = (&rows[0], &rows[pv as usize], i + pu as usize);
+            let left_side: Vec<Point> = rows[1..pv as usize].iter().map(|r| r[i]).collect();
+            let inside: Vec<Point> =
+                rows[1..pv as usize].iter().flat_map(|r| r[i + 1..right].iter().copied()).collect();
+            let (a, b, c, d) = (bottom[i], bottom[right], top[right], top[i]);
+            let met = goal.side_is_met(a, b, &bottom[i + 1..right])
+                && goal.side_is_met(a, d, &left_side)
+                && goal.inside_is_met(&[[a, b, c], [a, c, d]], &inside);
+            if !met {
+                return false;
+            }
+        }
+        first = rows.pop().expect("a row above");
+    }
+    true
+}
+
+/// True where a triangle in `n × n` facets keeps the goal.
+fn triangle_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, face: Face, n: u32) -> bool {
+    let p = probes(n);
+    let cells = p * n;
+    let at = |i: u32, j: u32| {
+        let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(cells));
+        surface.position(Location { face, subface: 0, u, v }).expect("holes have no rates")
+    };
+    let grid: Vec<Vec<Point>> = (0..=cells).map(|j| (0..=cells - j).map(|i| at(i, j)).collect()).collect();
+    let get = |i: u32, j: u32| grid[j as usize][i as usize];
+    let side = |from: (u32, u32), step: (i64, i64)| {
+        let along = |k: u32| {
+            let go = |x: u32, d: i64| (i64::from(x) + d * i64::from(k)) as u32;
+            get(go(from.0, step.0), go(from.1, step.1))
+        };
+        let between: Vec<Point> = (1..p).map(along).collect();
+        goal.side_is_met(along(0), along(p), &between)
+    };
+    for j in (0..cells).step_by(p as usize) {
+        for i in (0..cells - j).step_by(p as usize) {
+            let sides = side((i, j), (1, 0)) && side((i, j), (0, 1)) && side((i + p, j), (-1, 1));
+            let up = [get(i, j), get(i + p, j), get(i, j + p)];
+            let over: Vec<Point> =
+                (1..p).flat_map(|y| (1..p - y).map(move |x| (x, y))).map(|(x, y)| get(i + x, j + y)).collect();
+            let mut met = sides && goal.inside_is_met(&[up], &over);
+            if i + j + 2 * p <= cells {
+                let down = [get(i + p, j), get(i + p, j + p), get(i, j + p)];
+                let over = (1..p).flat_map(|y| (p - y + 1..p).map(move |x| (x, y)));
+                met &= goal.inside_is_met(&[down], &over.map(|(x, y)| get(i + x, j + y)).collect::<Vec<_>>());
+            }
+            if !met {
+                return false;
+            }
         }
     }
-    if subfaces == 1 {
-        let meets = |cells: [u32; 2]| patch_meets(surface, goal, f, 0, cells);
-        let [mut nu, mut nv] = need.map(rate);
-        let agree = sides[0] == sides[2] && sides[1] == sides[3];
-        if agree && sides[0] >= nu && sides[1] >= nv && meets([sides[0], sides[1]]) {
-            return vec![[sides[0], sides[1]]];
-        }
-        (nu, nv) = (nu.max(2), nv.max(2));
-        while (nu < FINEST || nv < FINEST) && !meets([nu, nv]) {
-            [nu, nv] = [nu, nv].map(|n| (n + n.div_ceil(4)).min(FINEST));
-        }
-        return vec![[nu, nv]];
+    true
+}
+
+type Point = [f64; 3];
+
+fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: Point) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Distance of `p` from the segment `a b`.
+fn to_segment(p: Point, a: Point, b: Point) -> f64 {
+    let (ab, ap) = (minus(b, a), minus(p, a));
+    let s = if dot(ab, ab) > 0.0 { (dot(ap, ab) / dot(ab, ab)).clamp(0.0, 1.0) } else { 0.0 };
+    length([0, 1, 2].map(|i| ap[i] - s * ab[i]))
+}
+
+/// Distance of `p` from a triangle.
+fn to_triangle(p: Point, [a, b, c]: [Point; 3]) -> f64 {
+    let (ab, ac, ap) = (minus(b, a), minus(c, a), minus(p, a));
+    let (bb, bc, cc) = (dot(ab, ab), dot(ab, ac), dot(ac, ac));
+    let (x, y) = (dot(ap, ab), dot(ap, ac));
+    let area_sq = bb * cc - bc * bc;
+    let (s, t) = ((cc * x - bc * y) / area_sq, (bb * y - bc * x) / area_sq);
+    if area_sq > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
+        return length([0, 1, 2].map(|i| ap[i] - s * ab[i] - t * ac[i]));
     }
-    // Sub-faces share their spokes: one rate for all, in both directions.
-    let meets = |n: u32| (0..subfaces).all(|s| patch_meets(surface, goal, f, s, [n, n]));
-    let n = rate(need[0].max(need[1]));
-    let half = sides[0] / 2;
-    if sides.iter().all(|&s| s / 2 == half) && half >= n && meets(half) {
-        return vec![[half, half]; subfaces as usize];
+    to_segment(p, a, b).min(to_segment(p, b, c)).min(to_segment(p, c, a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_to_the_nearest_point() {
+        let t = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        assert_eq!(to_triangle([0.5, 0.5, 3.0], t), 3.0);
+        assert_eq!(to_triangle([-3.0, 1.0, 4.0], t), 5.0);
+        assert!((to_triangle([2.0, 2.0, 0.0], t) - 2f64.sqrt()).abs() < 1e-15);
+        assert_eq!(to_segment([5.0, 4.0, 0.0], t[0], t[1]), 5.0);
     }
-    let n = finer(n.max(2), meets);
-    vec![[n, n]; subfaces as usize]
 }

@@ -1,7 +1,7 @@
 //! Evaluates the samples of a tessellation: patterns of weights shared by all faces of a plan, and the separable form for
 //! bicubic patches.
 
-use super::layout::Layout;
+use super::layout::{Layout, PatchGrid};
 use super::normals::{Sides, Source};
 use crate::index::{Face, HalfEdge};
 use crate::limit::{LimitSurface, Location, cubic, unit_normal};
@@ -17,7 +17,7 @@ const ALL_PATTERN_BYTES: usize = 512 << 20;
 
 /// Weights of a plan at all interior samples of a grid, in the plan's own orientation.
 struct Pattern {
-    /// For sample `(j - 1) (cells_u - 1) + i - 1`: rows of position, and of `∂u`, `∂v` where normals are wanted.
+    /// For every interior sample of the grid, in order: rows of position, and of `∂u`, `∂v` where normals are wanted.
     weights: Vec<f64>,
 }
 
@@ -49,7 +49,7 @@ impl<'a, T: Real> Sampler<'a, T> {
         let mut total = 0;
         let use_pattern = (0..users.len())
             .map(|plan| {
-                let regular = table.plan(plan).is_regular();
+                let regular = table.plan(plan).regular_points().is_some();
                 let fits = size[plan] <= PATTERN_BYTES && total + size[plan] <= ALL_PATTERN_BYTES;
                 let used = cells != [0, 0] && users[plan] > 1 && !regular && fits;
                 total += if used { size[plan] } else { 0 };
@@ -122,8 +122,9 @@ impl<'a, T: Real> Sampler<'a, T> {
 
     /// Where the surface has no tangent plane: the normal a little further inside the face.
     fn normal_nearby(&self, at: Location) -> [f64; 3] {
+        let middle = if self.layout.is_triangle() { 1.0 / 3.0 } else { 0.5 };
         for step in [1e-4, 1e-2, 0.25] {
-            let inside = |x: f64| x + (0.5 - x) * step;
+            let inside = |x: f64| x + (middle - x) * step;
             let near = Location { u: inside(at.u), v: inside(at.v), ..at };
             if let Some(n) = self.surface.eval(near).and_then(|jet| jet.normal()) {
                 return n;
@@ -168,13 +169,13 @@ impl<'a, T: Real> Sampler<'a, T> {
         for subface in 0..subfaces {
             let grid = self.layout.grid(f, subface);
             if grid.points() > 0 {
-                self.patch(f, subface, grid.cells, ring, out);
+                self.patch(f, subface, grid, ring, out);
             }
         }
     }
 
     /// The interior samples of one patch, row by row in v.
-    fn patch(&self, face: Face, subface: u32, cells: [u32; 2], ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
+    fn patch(&self, face: Face, subface: u32, grid: PatchGrid, ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
         let table = self.layout.table;
         let patch = table.patch(face, subface);
         let plan = table.patch_plan(patch).expect("holes have no samples");
@@ -187,7 +188,7 @@ impl<'a, T: Real> Sampler<'a, T> {
                     (0..3).for_each(|i| p[i] += w * ring[c as usize][i]);
                 }
             }
-            return self.bicubic(&turned_grid(control, turn), base, cells, out);
+            return self.bicubic(&turned_grid(control, turn), base, grid.cells, out);
         }
         let count = if self.normals { 3 } else { 1 };
         let length = table.plan(plan).ring();
@@ -197,61 +198,54 @@ impl<'a, T: Real> Sampler<'a, T> {
             row.iter().zip(ring.iter()).for_each(|(w, p)| (0..3).for_each(|i| s[i] += w * p[i]));
             s
         };
-        let [nu, nv] = cells;
-        let pattern = self.use_pattern[plan].then(|| self.pattern(plan, cells));
-        for j in 1..nv {
-            for i in 1..nu {
-                let (u, v) = (f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv));
-                let mut rows: [[f64; 3]; 3] = [[0.0; 3]; 3];
-                let mut signs = [1.0, 1.0];
-                match pattern {
-                    Some(pattern) => {
-                        // The plan's grid is turned against the face's.
-                        let (a, b, swap, s) = match turn {
-                            0 => (i, j, false, [1.0, 1.0]),
-                            1 => (j, nu - i, true, [-1.0, 1.0]),
-                            2 => (nu - i, nv - j, false, [-1.0, -1.0]),
-                            _ => (nv - j, i, true, [1.0, -1.0]),
-                        };
-                        let at = ((b - 1) * (nu - 1) + a - 1) as usize * count * length;
-                        for k in 0..count {
-                            rows[k] = sum(&pattern.weights[at + k * length..at + (k + 1) * length]);
-                        }
-                        if swap {
-                            rows.swap(1, 2);
-                        }
-                        signs = s;
-                    }
-                    None => {
-                        let weights = table.plan(plan).weights(u, v, turn, count);
-                        (0..count).for_each(|k| rows[k] = sum(&weights.rows[k]));
+        let [nu, nv] = grid.cells;
+        let pattern = self.use_pattern[plan].then(|| self.pattern(plan, grid));
+        for (i, j) in grid.interior() {
+            let [u, v] = grid.uv(i, j);
+            let mut rows: [[f64; 3]; 3] = [[0.0; 3]; 3];
+            match pattern {
+                Some(pattern) => {
+                    // The plan's grid is turned against the face's. Its derivatives are too, but that leaves their cross
+                    // product alone.
+                    let (a, b) = match (grid.is_triangle, turn) {
+                        (_, 0) => (i, j),
+                        (false, 1) => (j, nu - i),
+                        (false, 2) => (nu - i, nv - j),
+                        (false, _) => (nv - j, i),
+                        (true, 1) => (j, nu - i - j),
+                        (true, _) => (nu - i - j, i),
+                    };
+                    let at = (PatchGrid { first: 0, ..grid }.inner(a, b)) as usize * count * length;
+                    for k in 0..count {
+                        rows[k] = sum(&pattern.weights[at + k * length..at + (k + 1) * length]);
                     }
                 }
-                let [p, du, dv] = rows;
-                let position = [0, 1, 2].map(|k| base[k] + p[k]);
-                let normal = if self.normals {
-                    unit_normal(du.map(|x| signs[0] * x), dv.map(|x| signs[1] * x))
-                        .unwrap_or_else(|| self.normal_nearby(Location { face, subface, u, v }))
-                } else {
-                    [0.0; 3]
-                };
-                out.push((position, normal));
+                None => {
+                    let weights = table.plan(plan).weights(u, v, turn, count);
+                    (0..count).for_each(|k| rows[k] = sum(&weights.rows[k]));
+                }
             }
+            let [p, du, dv] = rows;
+            let position = [0, 1, 2].map(|k| base[k] + p[k]);
+            let normal = if self.normals {
+                unit_normal(du, dv).unwrap_or_else(|| self.normal_nearby(Location { face, subface, u, v }))
+            } else {
+                [0.0; 3]
+            };
+            out.push((position, normal));
         }
     }
 
-    fn pattern(&self, plan: usize, cells: [u32; 2]) -> &Pattern {
-        debug_assert!(self.cells.contains(&cells[0]) && cells[0] == cells[1]);
+    fn pattern(&self, plan: usize, grid: PatchGrid) -> &Pattern {
+        debug_assert!(self.cells.contains(&grid.cells[0]) && grid.cells[0] == grid.cells[1]);
         self.patterns[plan].get_or_init(|| {
             let plan = self.layout.table.plan(plan);
             let count = if self.normals { 3 } else { 1 };
-            let mut weights = Vec::with_capacity(((cells[0] - 1) * (cells[1] - 1)) as usize * count * plan.ring());
-            for j in 1..cells[1] {
-                for i in 1..cells[0] {
-                    let (u, v) = (f64::from(i) / f64::from(cells[0]), f64::from(j) / f64::from(cells[1]));
-                    let w = plan.weights(u, v, 0, count);
-                    w.rows[..count].iter().for_each(|row| weights.extend_from_slice(row));
-                }
+            let mut weights = Vec::with_capacity(grid.points() as usize * count * plan.ring());
+            for (i, j) in grid.interior() {
+                let [u, v] = grid.uv(i, j);
+                let w = plan.weights(u, v, 0, count);
+                w.rows[..count].iter().for_each(|row| weights.extend_from_slice(row));
             }
             Pattern { weights }
         })
