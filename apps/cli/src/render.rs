@@ -4,7 +4,7 @@ mod lines;
 mod paint;
 mod rate;
 
-use crate::args::{Common, Evaluator, MeshArgs, TriangleRule, one_of};
+use crate::args::{Choices, Common, Evaluator, MeshArgs, TriangleRule, one_of};
 use crate::console::{Console, print_json};
 use crate::failure::Failure;
 use crate::input::Input;
@@ -16,7 +16,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use subsurf::{Facets, Rates, TessellateOptions, Tessellation};
-use subsurf_render::{Background, Camera, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show};
+use subsurf_render::{Background, Camera, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show, View};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -26,6 +26,7 @@ Examples:
   subsurf render spot.obj -o big.png --size 3840x2160 --samples 64       for print
   subsurf render spot.obj -o icon.png --size 256x256 --background transparent
   subsurf render spot.obj -o back.png --camera \"0,1,-3:0,0.2,0:35\"       from (0,1,-3), looking at (0,0.2,0)
+  subsurf render car.obj -o car.png --up z                               for models whose z axis points up
 
 Every sample takes the exact normal of the surface where its ray meets it.";
 
@@ -49,6 +50,9 @@ pub struct RenderArgs {
     /// auto, or eye:target:vertical angle in degrees as ex,ey,ez:tx,ty,tz:fov
     #[arg(long, default_value = "auto", allow_hyphen_values = true)]
     camera: Camera,
+    /// Which axis points up in the picture; the camera is given in the model's own axes
+    #[arg(long, value_name = "AXIS", default_value = "y", value_parser = one_of(UPS))]
+    up: Up,
     /// What to show
     #[arg(long, value_name = "WHAT", default_value = "shaded", value_parser = one_of(&Show::ALL))]
     show: Show,
@@ -57,6 +61,34 @@ pub struct RenderArgs {
     background: Background,
     #[command(flatten)]
     evaluator: Evaluator,
+}
+
+/// The model's upward axis.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Up {
+    Y,
+    Z,
+}
+
+const UPS: Choices<Up> = &[("y", Up::Y), ("z", Up::Z)];
+
+impl Up {
+    /// Turns the model's axes to those of the picture, where y points up.
+    fn turned<T: Copy + std::ops::Neg<Output = T>>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+        match self {
+            Self::Y => [x, y, z],
+            Self::Z => [x, z, -y],
+        }
+    }
+
+    fn turned_camera(self, camera: Camera) -> Camera {
+        match camera {
+            Camera::Auto => Camera::Auto,
+            Camera::At(view) => {
+                Camera::At(View { eye: self.turned(view.eye), target: self.turned(view.target), ..view })
+            }
+        }
+    }
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -99,13 +131,14 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     output.check()?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
     let start = Instant::now();
-    let points = input.positions::<f32>()?;
+    let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| args.up.turned(p)).collect();
+    let camera = args.up.turned_camera(args.camera);
     let table = input.patch_table(args.evaluator.evaluator, console)?;
     if table.size().patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
     }
     let surface = table.surface(&points);
-    let rate = rate::for_picture(&table, &points, args.camera, args.size);
+    let rate = rate::for_picture(&table, &points, camera, args.size);
     let options =
         TessellateOptions { rates: Rates::Uniform(rate), facets: Facets::Triangles, normals: false, places: true };
     let tessellated = surface.tessellate(&options);
@@ -116,7 +149,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
 
     let painter = Painter::new(surface, args.show, &mesh);
     let mut overlay = match args.show {
-        Show::Wireframe => Overlay::wireframe(lines::edge_curves(&surface, rate)),
+        Show::Wireframe | Show::Patches | Show::Levels => Overlay::wireframe(lines::edge_curves(&surface, rate)),
         Show::Cage => Overlay::cage(&points, &lines::cage_edges(table.topology())),
         _ => Overlay::default(),
     };
@@ -125,7 +158,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
         width: args.size[0],
         height: args.size[1],
         samples: args.samples,
-        camera: args.camera,
+        camera,
         show: args.show,
         background: args.background,
         ..Options::default()
