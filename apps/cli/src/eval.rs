@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use rows::{Columns, Number, Rows};
 use serde_json::json;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 use subsurf::{Derivatives, PatchTable};
 use table_error::RowError;
@@ -67,13 +67,7 @@ pub fn run(args: &EvalArgs, common: &Common, console: &Console) -> Result<(), Fa
         return Err(Failure::Usage("the mesh and the table cannot both come from standard input; give one as a file"));
     }
     let output = Output::new(&args.output, common)?;
-    let is_table = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if let Output::File(path) = &output
-        && !is_table(path)
-    {
-        return Err(Failure::TableName { name: path.display().to_string() });
-    }
-    output.check()?;
+    output.check_extension("csv", |name| Failure::TableName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
     let start = Instant::now();
     let surface = input.patch_table(args.evaluator.evaluator, console)?;

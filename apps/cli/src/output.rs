@@ -35,11 +35,17 @@ impl Output {
         }
     }
 
-    /// Refuses early what could not be written later.
-    pub fn check(&self) -> Result<(), Failure> {
+    /// Refuses early a file whose name does not end in `.extension`, or that could not be written later.
+    pub fn check_extension(&self, extension: &str, failure: impl Fn(String) -> Failure) -> Result<(), Failure> {
         let Self::File(path) = self else { return Ok(()) };
-        // What is no regular file, such as a pipe, must not be opened twice.
-        if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+        let has_extension = path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        if has_extension || is_stream(path) { self.check() } else { Err(failure(path.display().to_string())) }
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        let Self::File(path) = self else { return Ok(()) };
+        // A pipe must not be opened twice.
+        if is_stream(path) {
             return Ok(());
         }
         AtomicFile::create(path).map_err(|error| write_error(path, error))?;
@@ -117,6 +123,11 @@ impl FillError {
             Self::Content(failure) => failure,
         }
     }
+}
+
+/// A pipe, a device or the like.
+fn is_stream(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
 fn write_error(path: &Path, source: io::Error) -> WriteError {

@@ -13,7 +13,7 @@ use clap::Args;
 use paint::Painter;
 use rayon::prelude::*;
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 use subsurf::{Facets, Rates, TessellateOptions, Tessellation};
 use subsurf_render::{Background, Camera, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show, View};
@@ -111,7 +111,8 @@ fn parse_background(text: &str) -> Result<Background, &'static str> {
         "gradient" => Ok(Background::Gradient),
         "transparent" => Ok(Background::Transparent),
         _ => {
-            let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6).ok_or(ADVICE)?;
+            let digits =
+                text.strip_prefix('#').filter(|digits| digits.len() == 6 && !digits.starts_with('+')).ok_or(ADVICE)?;
             let rgb = u32::from_str_radix(digits, 16).map_err(|_| ADVICE)?;
             let [_, r, g, b] = rgb.to_be_bytes();
             Ok(Background::Plain([r, g, b]))
@@ -122,13 +123,7 @@ fn parse_background(text: &str) -> Result<Background, &'static str> {
 /// Runs the verb.
 pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), Failure> {
     let output = Output::new(&args.output, common)?;
-    let is_picture = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if let Output::File(path) = &output
-        && !is_picture(path)
-    {
-        return Err(Failure::PictureName { name: path.display().to_string() });
-    }
-    output.check()?;
+    output.check_extension("png", |name| Failure::PictureName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
     let start = Instant::now();
     let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| args.up.turned(p)).collect();
