@@ -21,7 +21,7 @@ could not be done, 2 wrong usage.";
 
 /// Exact Catmull-Clark limit surfaces: as numbers, as meshes, as pictures.
 #[derive(Parser, Debug)]
-#[command(name = "subsurf", version, about, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = 110)]
+#[command(name = "subsurf", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = 110)]
 pub struct Cli {
     #[command(flatten)]
     pub common: Common,
@@ -201,13 +201,14 @@ mod tests {
 
     #[test]
     fn only_the_words_of_the_rule_are_joined() {
-        let joined = |text: &str| {
-            let args = super::joined(text.split(' ').map(OsString::from));
-            args.into_iter().map(|arg| arg.into_string().unwrap()).collect::<Vec<_>>().join(" ")
+        let check = |text: &str, expected: &str| {
+            let args = joined(text.split(' ').map(OsString::from));
+            let words: Vec<String> = args.into_iter().map(|arg| arg.into_string().unwrap()).collect();
+            assert_eq!(words.join(" "), expected);
         };
-        assert_eq!(joined("--triangles smooth a.obj"), "--triangles=smooth a.obj");
-        assert_eq!(joined("--triangles a.obj"), "--triangles a.obj");
-        assert_eq!(joined("--triangles --triangles catmull-clark"), "--triangles --triangles=catmull-clark");
-        assert_eq!(joined("a.obj -- --triangles smooth"), "a.obj -- --triangles smooth");
+        check("--triangles smooth a.obj", "--triangles=smooth a.obj");
+        check("--triangles a.obj", "--triangles a.obj");
+        check("--triangles --triangles catmull-clark", "--triangles --triangles=catmull-clark");
+        check("a.obj -- --triangles smooth", "a.obj -- --triangles smooth");
     }
 }

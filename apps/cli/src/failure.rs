@@ -20,6 +20,8 @@ pub enum Failure {
     /// Something that is wrong with a mesh once its topology is known.
     #[error("{name}: {source}")]
     Mesh { name: String, source: MeshError },
+    #[error("{name}: level {level} is too large: {source}")]
+    Level { name: String, level: u32, source: MeshError },
     #[error("{name}: {source}")]
     Tessellate { name: String, source: TessellateError },
     #[error("{name}: {source}")]

@@ -66,7 +66,7 @@ pub fn edge_faults(t: &Topology) -> Vec<(Edge, EdgeFault)> {
 pub fn found(mesh: &ControlMesh, t: &Topology) -> Vec<Oddity> {
     let edge_name = |e: Edge| {
         let [a, b] = t.edge_vertices(e);
-        format!("vertices {a} and {b}")
+        format!("vertices {} and {}", a.min(b), a.max(b))
     };
     let faults = edge_faults(t);
     let edges = |kind, what, done| {

@@ -65,7 +65,8 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     let points = input.positions::<T>()?;
     let control = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;
     input.warn_about(control.topology(), console);
-    let counts = Counts::of(control.topology()).refined(args.level).map_err(|e| input.mesh_error(e))?;
+    let counts = Counts::of(control.topology()).refined(args.level);
+    let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
     memory::check(&input.name, format!("level {}", args.level), counts.bytes(size_of::<T>()))?;
     if input.scene.texture.is_some() {
         console.warn(&format_args!("{}: texture coordinates cannot be refined yet; the output has none", input.name));
@@ -128,9 +129,9 @@ impl Counts {
         Self { vertices, edges, faces, corners }
     }
 
-    /// `levels` steps on; refused where 32-bit indices overflow.
-    fn refined(mut self, levels: u32) -> Result<Self, MeshError> {
-        for _ in 0..levels {
+    /// `levels` steps on; refused at the level where 32-bit indices overflow.
+    fn refined(mut self, levels: u32) -> Result<Self, (u32, MeshError)> {
+        for level in 1..=levels {
             let Self { vertices, edges, faces, corners } = self;
             self = Self {
                 vertices: vertices + faces + edges,
@@ -140,7 +141,7 @@ impl Counts {
             };
             for (what, count) in [("vertices", self.vertices), ("corners", self.corners), ("edges", self.edges)] {
                 if count > MAX_COUNT as u64 {
-                    return Err(MeshError::TooLarge { what, count: count as usize, limit: MAX_COUNT });
+                    return Err((level, MeshError::TooLarge { what, count: count as usize, limit: MAX_COUNT }));
                 }
             }
         }
@@ -176,6 +177,6 @@ mod tests {
     fn a_level_beyond_32_bits_is_refused_at_once() {
         let cube = Level::new(&shapes::cube().mesh, Scheme::CatmullClark).unwrap();
         let error = Counts::of(cube.topology()).refined(u32::MAX).unwrap_err();
-        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
+        assert!(matches!(error, (14, MeshError::TooLarge { what: "corners", .. })), "{error:?}");
     }
 }

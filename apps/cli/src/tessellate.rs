@@ -89,11 +89,11 @@ impl TessellateArgs {
     }
 
     fn rule(&self) -> Option<Triangles> {
-        let rules = self.triangles.iter().filter_map(|word| match word {
+        let mut rules = self.triangles.iter().filter_map(|word| match word {
             TrianglesWord::Rule(rule) => Some(*rule),
             TrianglesWord::Facets => None,
         });
-        rules.last()
+        rules.next_back()
     }
 
     fn rates(&self) -> Rates {
