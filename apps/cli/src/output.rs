@@ -48,9 +48,8 @@ impl Output {
         if is_stream(path) {
             return Ok(());
         }
-        AtomicFile::create(path).map_err(|error| write_error(path, error))?;
         interrupt::clean_up(path);
-        Ok(())
+        AtomicFile::create(path).map(drop).map_err(|error| write_error(path, error).into())
     }
 
     /// Refuses early a mesh file of unknown format, or one that could not be written.
