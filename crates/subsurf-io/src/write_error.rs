@@ -65,7 +65,7 @@ pub enum WriteError {
 
 impl WriteError {
     /// The error for a failure of the system on the file at `path`.
-    pub(crate) fn from_io(path: &Path, source: io::Error) -> Self {
+    pub fn from_io(path: &Path, source: io::Error) -> Self {
         let name = path.display().to_string();
         match source.kind() {
             ErrorKind::NotFound | ErrorKind::NotADirectory => Self::NoFolder { name },

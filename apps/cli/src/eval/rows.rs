@@ -1,0 +1,129 @@
+//! One row of the result.
+
+use super::Summary;
+use super::places::Words;
+use super::table_error::RowError;
+use subsurf::{Derivatives, Jet, LimitSurface, Location, Real};
+
+/// Columns beyond the usual ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Columns {
+    pub second: bool,
+    pub curvature: bool,
+}
+
+const USUAL: &str = "face,subface,u,v,x,y,z,du_x,du_y,du_z,dv_x,dv_y,dv_z,n_x,n_y,n_z,derivatives";
+const SECOND: &str = ",duu_x,duu_y,duu_z,duv_x,duv_y,duv_z,dvv_x,dvv_y,dvv_z";
+const CURVATURE: &str = ",k1,k2,gaussian,mean";
+
+/// A number of the chosen precision, written with the fewest digits from which it reads back: at most 17 or 9.
+pub trait Number: Real {
+    fn write(self, out: &mut Vec<u8>);
+}
+
+impl Number for f64 {
+    fn write(self, out: &mut Vec<u8>) {
+        out.extend_from_slice(zmij::Buffer::new().format(self).as_bytes());
+    }
+}
+
+impl Number for f32 {
+    fn write(self, out: &mut Vec<u8>) {
+        out.extend_from_slice(zmij::Buffer::new().format(self).as_bytes());
+    }
+}
+
+/// Evaluates and writes rows.
+pub struct Rows<'a, T> {
+    surface: LimitSurface<'a, T, 3>,
+    columns: Columns,
+}
+
+impl<'a, T: Number> Rows<'a, T> {
+    pub fn new(surface: LimitSurface<'a, T, 3>, columns: Columns) -> Self {
+        Self { surface, columns }
+    }
+
+    /// The names of the columns.
+    pub fn header(&self) -> String {
+        let second = if self.columns.second { SECOND } else { "" };
+        let curvature = if self.columns.curvature { CURVATURE } else { "" };
+        format!("{USUAL}{second}{curvature}\n")
+    }
+
+    /// Appends the row of the place `at`, which was given as `words`.
+    pub fn write(
+        &self,
+        words: &Words<'_>,
+        at: Location,
+        out: &mut Vec<u8>,
+        counts: &mut Summary,
+    ) -> Result<(), RowError> {
+        let Columns { second, curvature } = self.columns;
+        let jet = if second || curvature { self.surface.eval_second(at) } else { self.surface.eval(at) };
+        let jet: Jet<3> = jet.ok_or(RowError::Hole { face: at.face.0 })?;
+        for word in words.fields {
+            out.extend_from_slice(word);
+            out.push(b',');
+        }
+        for vector in [jet.position, jet.du, jet.dv] {
+            fields::<T>(&vector, out);
+        }
+        optional_fields::<T, 3>(jet.normal(), out);
+        out.extend_from_slice(match jet.derivatives {
+            Derivatives::Finite => b"finite",
+            Derivatives::Vanishes => b"vanishes",
+            Derivatives::Diverges => b"diverges",
+        });
+        out.push(b',');
+        if second {
+            optional_fields::<T, 9>(jet.second.map(|d| std::array::from_fn(|i| d[i / 3][i % 3])), out);
+        }
+        if curvature {
+            let all = jet.curvature().map(|c| [c.k1, c.k2, c.gaussian, c.mean]);
+            optional_fields::<T, 4>(all, out);
+        }
+        // Every field wrote a comma behind it.
+        out.pop();
+        out.push(b'\n');
+        counts.count(jet.derivatives);
+        Ok(())
+    }
+}
+
+fn fields<T: Number>(values: &[f64], out: &mut Vec<u8>) {
+    for &x in values {
+        T::from_f64(x).write(out);
+        out.push(b',');
+    }
+}
+
+/// Empty fields where there is no value, or none that is finite.
+fn optional_fields<T: Number, const N: usize>(values: Option<[f64; N]>, out: &mut Vec<u8>) {
+    match values.filter(|values| values.iter().all(|&x| T::from_f64(x).to_f64().is_finite())) {
+        Some(values) => fields::<T>(&values, out),
+        None => out.extend([b','; N]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(x: impl Number) -> String {
+        let mut out = Vec::new();
+        x.write(&mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn numbers_read_back_and_are_short() {
+        for x in [0.1f64, 1.0 / 3.0, -(2.0f64.sqrt()) * 1e-200, 5e-324, 1e300] {
+            let text = text(x);
+            assert_eq!(text.parse::<f64>().unwrap(), x);
+            let digits = text.split('e').next().unwrap().trim_start_matches(['0', '.', '-']);
+            assert!(digits.chars().filter(char::is_ascii_digit).count() <= 17, "{text}");
+        }
+        assert_eq!(text(0.1f32), "0.1");
+    }
+}

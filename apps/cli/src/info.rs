@@ -1,0 +1,222 @@
+//! `subsurf info`: what is in a control mesh.
+
+mod census;
+
+use crate::args::{BOUNDARIES, CREASINGS, Common, FACE_VARYINGS, MeshArgs, TRIANGLES, TriangleRule, word};
+use crate::console::{Console, heading, print, print_json};
+use crate::failure::{Bytes, Failure};
+use crate::input::Input;
+use census::Census;
+use clap::Args;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use subsurf::{Method, PatchTable, Rules, Scheme, TableSize};
+
+const EXAMPLES: &str = "\
+Examples:
+  subsurf info spot.obj                    for reading
+  subsurf info spot.obj --json | jq .edges      for scripts
+  subsurf info open.obj --boundary none    under other rules
+
+Valence counts edges; vertices on non-manifold edges are left out. Vertices and faces in warnings count from 0.";
+
+/// Say what a control mesh holds and what its surface needs
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    rule: TriangleRule,
+}
+
+/// Runs the verb.
+pub fn run(args: &InfoArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    let input = Input::load(&args.mesh, args.rule.triangles, console)?;
+    let table =
+        PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default()).map_err(|e| input.mesh_error(e))?;
+    let facts = Facts {
+        name: &input.name,
+        scheme: input.scheme,
+        census: Census::new(&input.scene, table.topology()),
+        rules: *table.topology().rules(),
+        size: table.size(),
+    };
+    if common.json { print_json(&facts.json()) } else { print(&facts.text()) }
+}
+
+/// Everything that is shown.
+struct Facts<'a> {
+    name: &'a str,
+    scheme: Scheme,
+    census: Census,
+    rules: Rules,
+    size: TableSize,
+}
+
+/// How often each number occurs.
+pub type Histogram = BTreeMap<usize, usize>;
+
+impl Facts<'_> {
+    fn scheme(&self) -> &'static str {
+        if self.scheme == Scheme::Bilinear { "bilinear" } else { "catmull-clark" }
+    }
+
+    fn table_bytes(&self) -> usize {
+        self.size.patch_bytes + self.size.plan_bytes + self.size.topology_bytes
+    }
+
+    fn json(&self) -> Value {
+        let Self { census: c, rules, size, .. } = self;
+        let histogram = |h: &Histogram| -> Value { h.iter().map(|(k, n)| (k.to_string(), json!(n))).collect() };
+        let sharpness = |s: &census::Sharpness| json!({ "count": s.count, "infinite": s.infinite, "min": s.range.map(|r| r[0]), "max": s.range.map(|r| r[1]) });
+        json!({
+            "file": self.name,
+            "scheme": self.scheme(),
+            "faces": c.faces,
+            "vertices": c.vertices,
+            "edges": c.edges,
+            "sides": histogram(&c.sides),
+            "valences": { "interior": histogram(&c.interior), "boundary": histogram(&c.boundary) },
+            "extraordinary_vertices": c.extraordinary,
+            "boundary_edges": c.boundary_edges,
+            "boundary_loops": c.boundary_loops,
+            "components": c.components,
+            "isolated_vertices": c.isolated,
+            "euler_characteristic": c.euler,
+            "creases": sharpness(&c.creases),
+            "corners": sharpness(&c.corners),
+            "holes": { "tagged": c.tagged_holes, "in_force": c.holes },
+            "rules": {
+                "boundary": word(BOUNDARIES, rules.boundary),
+                "creasing": word(CREASINGS, rules.creasing),
+                "face_varying": word(FACE_VARYINGS, rules.face_varying),
+                "triangles": word(TRIANGLES, rules.triangles),
+            },
+            "channels": {
+                "texture_coordinates": c.texture.map(|t| json!({ "values": t.values, "seam_edges": t.seam_edges })),
+                "normals": c.normals,
+            },
+            "non_manifold_edges": c.non_manifold_edges,
+            "non_manifold_vertices": c.non_manifold_vertices,
+            "winding_conflicts": c.winding_conflicts,
+            "degenerate_edges": c.degenerate_edges,
+            "patches": size.patches,
+            "regular_patches": size.regular_patches,
+            "plans": size.plans,
+            "regular_plans": size.regular_plans,
+            "special_vertices": size.special_vertices,
+            "table_bytes": self.table_bytes(),
+            "table_bytes_of": { "patches": size.patch_bytes, "plans": size.plan_bytes, "topology": size.topology_bytes },
+            "bounding_box": { "min": c.bounds[0], "max": c.bounds[1] },
+        })
+    }
+
+    fn text(&self) -> String {
+        let Self { census: c, rules, size, .. } = self;
+        let mut page = Page(format!("{}\n", heading(self.name)));
+        page.row("faces", c.faces, &sides(&c.sides));
+        page.row("vertices", c.vertices, &counted(c.isolated, "without faces"));
+        page.row("edges", c.edges, "");
+        page.row("components", c.components, &format!("Euler characteristic {}", c.euler));
+        let loops = if c.boundary_loops == 1 { "loop" } else { "loops" };
+        page.row("boundary edges", c.boundary_edges, &counted(c.boundary_loops, loops));
+        page.line("bounding box", &extent(c.bounds));
+        page.section("Valence");
+        page.line("interior", &histogram(&c.interior));
+        page.line("boundary", &histogram(&c.boundary));
+        page.row("extraordinary", c.extraordinary, "not 4 inside, not 3 on the boundary (or 2 at a corner)");
+        page.section("Tags");
+        page.row("creases", c.creases.count, &c.creases.describe());
+        page.row("corners", c.corners.count, &c.corners.describe());
+        page.row("holes", c.holes, &counted(c.holes - c.tagged_holes, "by the boundary rule"));
+        page.line("scheme", self.scheme());
+        page.line(
+            "rules",
+            &format!(
+                "boundary {}, creasing {}, triangles {}, face-varying {}",
+                word(BOUNDARIES, rules.boundary),
+                word(CREASINGS, rules.creasing),
+                word(TRIANGLES, rules.triangles),
+                word(FACE_VARYINGS, rules.face_varying)
+            ),
+        );
+        page.section("Channels");
+        match c.texture {
+            None => page.line("texture", "none"),
+            Some(t) => page.row("texture", t.values, &format!("values, {} seam edges", t.seam_edges)),
+        }
+        match c.normals {
+            None => page.line("normals", "none"),
+            Some(values) => page.row("normals", values, "values (not used by the surface)"),
+        }
+        page.section("Problems");
+        page.row("non-manifold", c.non_manifold_edges, &format!("edges, {} vertices", c.non_manifold_vertices));
+        page.row("winding", c.winding_conflicts, "edges between faces of opposite winding");
+        if c.degenerate_edges > 0 {
+            page.row("degenerate", c.degenerate_edges, "edges with equal ends");
+        }
+        page.section("Patch table");
+        page.row("patches", size.patches, &format!("{} of them one bicubic patch", size.regular_patches));
+        page.row("plans", size.plans, &format!("distinct, for {} kinds of special vertices", size.special_vertices));
+        page.line(
+            "memory",
+            &format!(
+                "{} (patches {}, plans {}, topology {})",
+                Bytes(self.table_bytes() as u64),
+                Bytes(size.patch_bytes as u64),
+                Bytes(size.plan_bytes as u64),
+                Bytes(size.topology_bytes as u64)
+            ),
+        );
+        page.0
+    }
+}
+
+/// Aligned lines.
+struct Page(String);
+
+impl Page {
+    fn section(&mut self, title: &str) {
+        let _ = writeln!(self.0, "\n{}", heading(title));
+    }
+
+    fn line(&mut self, label: &str, text: &str) {
+        let _ = writeln!(self.0, "  {label:<15} {text}");
+    }
+
+    fn row(&mut self, label: &str, count: usize, text: &str) {
+        let line = format!("  {label:<15} {count:>8}  {text}");
+        let _ = writeln!(self.0, "{}", line.trim_end());
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    if count == 0 { String::new() } else { format!("{count} {what}") }
+}
+
+fn sides(histogram: &Histogram) -> String {
+    let name = |(&sides, &count): (&usize, &usize)| {
+        let plural = if count == 1 { "" } else { "s" };
+        match sides {
+            3 => format!("{count} triangle{plural}"),
+            4 => format!("{count} quad{plural}"),
+            _ => format!("{count} of {sides} sides"),
+        }
+    };
+    histogram.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+fn histogram(histogram: &Histogram) -> String {
+    if histogram.is_empty() {
+        return "none".to_owned();
+    }
+    histogram.iter().map(|(value, count)| format!("{value}: {count}")).collect::<Vec<_>>().join(", ")
+}
+
+fn extent([lower, upper]: [[f64; 3]; 2]) -> String {
+    let point =
+        |p: [f64; 3]| p.map(|x| format!("{x:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()).join(", ");
+    format!("({}) to ({})", point(lower), point(upper))
+}

@@ -1,0 +1,182 @@
+//! `subsurf refine`: classical subdivision, level by level.
+
+mod carried_tags;
+
+use crate::args::{Common, MeshArgs, Precision, TriangleRule};
+use crate::console::{Console, print_json};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::memory;
+use crate::output::Output;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+use subsurf::{Level, MAX_COUNT, MeshError, Method, Topology};
+use subsurf_io::{FaceSizes, OutputMesh};
+
+const EXAMPLES: &str = "\
+Examples:
+  subsurf refine cube.obj -l 3 -o cube3.obj            three steps, tags carried along
+  subsurf refine cube.obj -l 3 --limit -o cube3.ply    the same vertices on the limit surface
+  cat cube.obj | subsurf refine - -l 1 -o - | less     through pipes
+
+Vertices come in OpenSubdiv's default order: those of the parent's vertices, then of its faces, then of its edges.
+Refining the output of `refine` again continues the same surface. Only OBJ files keep tags.";
+
+/// Subdivide level by level, keeping creases, corners and holes
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct RefineArgs {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    rule: TriangleRule,
+    /// How many subdivision steps
+    #[arg(short, long, value_name = "N")]
+    level: u32,
+    /// Where to write: .obj, .ply or .glb, or - for OBJ on standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Move every vertex to its limit on the surface
+    #[arg(long)]
+    limit: bool,
+}
+
+/// Runs the verb.
+pub fn run(args: &RefineArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    let output = Output::new(&args.output, common)?;
+    output.check_mesh()?;
+    let input = Input::load(&args.mesh, args.rule.triangles, console)?;
+    match common.precision {
+        Some(Precision::F64) => refine::<f64>(args, common, &input, &output, console),
+        Some(Precision::F32) | None => refine::<f32>(args, common, &input, &output, console),
+    }
+}
+
+fn refine<T: subsurf::Real + subsurf_io::Real>(
+    args: &RefineArgs,
+    common: &Common,
+    input: &Input,
+    output: &Output,
+    console: &Console,
+) -> Result<(), Failure> {
+    let start = Instant::now();
+    let points = input.positions::<T>()?;
+    let control = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;
+    input.warn_about(control.topology(), console);
+    let counts = Counts::of(control.topology()).refined(args.level);
+    let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
+    memory::check(&input.name, format!("level {}", args.level), counts.bytes(size_of::<T>()))?;
+    if input.scene.texture.is_some() {
+        console.warn(&format_args!("{}: texture coordinates cannot be refined yet; the output has none", input.name));
+    }
+
+    let bar = console.progress("refining", u64::from(args.level) + 1);
+    let (mut level, mut values) = (control, points.clone());
+    for _ in 0..args.level {
+        values = level.refine_values(&values);
+        level = level.refine().map_err(|e| input.mesh_error(e))?;
+        let t = level.topology();
+        console.note(&format_args!("level {}: {} vertices, {} faces", level.depth(), t.vertex_count(), t.face_count()));
+        bar.inc(1);
+    }
+    if args.limit {
+        let table = subsurf::PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default())
+            .map_err(|e| input.mesh_error(e))?;
+        values = table.surface(&points).limit_of_level(&level, &values);
+    }
+    let t = level.topology();
+    let tags = carried_tags::of(t);
+    output.write_mesh(&OutputMesh {
+        positions: &values,
+        sizes: FaceSizes::Offsets(t.face_offsets()),
+        corners: t.corners(),
+        normals: None,
+        texture: None,
+        tags: Some(&tags),
+    })?;
+    bar.finish_and_clear();
+    if common.json {
+        print_json(&json!({
+            "output": output.name(),
+            "level": args.level,
+            "vertices": t.vertex_count(),
+            "edges": t.edge_count(),
+            "faces": t.face_count(),
+            "creases": tags.creases.len(),
+            "corners": tags.corners.len(),
+            "holes": tags.holes.len(),
+            "seconds": start.elapsed().as_secs_f64(),
+        }))?;
+    }
+    Ok(())
+}
+
+/// How large a level is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Counts {
+    vertices: u64,
+    edges: u64,
+    faces: u64,
+    corners: u64,
+}
+
+impl Counts {
+    fn of(t: &Topology) -> Self {
+        let [vertices, edges, faces, corners] =
+            [t.vertex_count(), t.edge_count(), t.face_count(), t.half_edge_count()].map(|count| count as u64);
+        Self { vertices, edges, faces, corners }
+    }
+
+    /// `levels` steps on; refused at the level where 32-bit indices overflow.
+    fn refined(mut self, levels: u32) -> Result<Self, (u32, MeshError)> {
+        for level in 1..=levels {
+            let Self { vertices, edges, faces, corners } = self;
+            self = Self {
+                vertices: vertices + faces + edges,
+                edges: 2 * edges + corners,
+                faces: corners,
+                corners: 4 * corners,
+            };
+            for (what, count) in [("vertices", self.vertices), ("corners", self.corners), ("edges", self.edges)] {
+                if count > MAX_COUNT as u64 {
+                    return Err((level, MeshError::TooLarge { what, count: count as usize, limit: MAX_COUNT }));
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// Memory of such a level, its parent and the positions of both, roughly.
+    fn bytes(self, size_of_number: usize) -> u64 {
+        let tables = 16 * self.corners + 32 * self.edges + 24 * self.vertices + 5 * self.faces;
+        let values = 3 * size_of_number as u64 * self.vertices;
+        (tables + values) / 4 * 5
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use subsurf::{Scheme, shapes};
+
+    #[test]
+    fn counts_of_a_level_are_known_before_it_is_made() {
+        for shape in shapes::all() {
+            let mut level = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+            let control = Counts::of(level.topology());
+            for n in 1..4 {
+                level = level.refine().unwrap();
+                assert_eq!(control.refined(n).unwrap(), Counts::of(level.topology()), "{}", shape.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_level_beyond_32_bits_is_refused_at_once() {
+        let cube = Level::new(&shapes::cube().mesh, Scheme::CatmullClark).unwrap();
+        let error = Counts::of(cube.topology()).refined(u32::MAX).unwrap_err();
+        assert!(matches!(error, (14, MeshError::TooLarge { what: "corners", .. })), "{error:?}");
+    }
+}

@@ -1,0 +1,184 @@
+//! `subsurf tessellate`: the limit surface as a mesh.
+
+use crate::args::{Common, Evaluator, MeshArgs, Precision, TRIANGLES};
+use crate::console::{Console, print_json};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::memory;
+use crate::output::Output;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{ArgAction, ArgGroup, Args};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+use subsurf::{Facets, Rates, TessellateOptions, Topology, Triangles};
+use subsurf_io::{Attribute, FaceSizes, OutputMesh};
+
+const EXAMPLES: &str = "\
+Examples:
+  subsurf tessellate spot.obj -r 8 -o spot8.glb                 8 x 8 facets for every quad
+  subsurf tessellate spot.obj --tolerance 0.001 -o spot.obj     within 0.001 model units of the surface
+  subsurf tessellate spot.obj -r 4 --triangles -o - | less      triangles, as OBJ on standard output
+  subsurf tessellate box.obj -r 4 --triangles smooth -o b.ply   quads, with smoother weights at triangles
+
+Vertices are shared, so that the mesh is watertight. Along infinitely sharp creases every side has normals of its own;
+OBJ files keep positions shared there, PLY and GLB files repeat them.";
+
+/// What bare `--triangles` stands for among the words of the rule.
+const FACETS: &str = "facets";
+
+/// Write the limit surface as a mesh with normals
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXAMPLES, group = ArgGroup::new("rates").required(true))]
+pub struct TessellateArgs {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    /// Facets along each side of a quad face
+    #[arg(short, long, value_name = "N", group = "rates")]
+    rate: Option<u32>,
+    /// Largest distance of facets from the surface, in model units
+    #[arg(long, value_name = "T", group = "rates", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Largest length of facet sides, in model units
+    #[arg(long, value_name = "L", group = "rates", allow_negative_numbers = true)]
+    edge_length: Option<f64>,
+    /// Where to write: .obj, .ply or .glb, or - for OBJ on standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Facets with four corners (the default; triangles only where rates meet)
+    #[arg(long)]
+    quads: bool,
+    /// Alone: facets with three corners. With catmull-clark or smooth: weights at triangles, over the file's
+    #[arg(
+        long,
+        value_name = "RULE",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = FACETS,
+        action = ArgAction::Append,
+        value_parser = triangles_parser(),
+        hide_possible_values = true,
+    )]
+    triangles: Vec<TrianglesWord>,
+    #[command(flatten)]
+    evaluator: Evaluator,
+}
+
+/// The two meanings of `--triangles`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum TrianglesWord {
+    Facets,
+    Rule(Triangles),
+}
+
+fn triangles_parser() -> impl TypedValueParser<Value = TrianglesWord> {
+    PossibleValuesParser::new(TRIANGLES.iter().map(|choice| choice.0).chain([FACETS])).map(|word| {
+        let rule = TRIANGLES.iter().find(|choice| choice.0 == word);
+        rule.map_or(TrianglesWord::Facets, |choice| TrianglesWord::Rule(choice.1))
+    })
+}
+
+impl TessellateArgs {
+    fn facets(&self) -> Result<Facets, Failure> {
+        let triangles = self.triangles.contains(&TrianglesWord::Facets);
+        match (self.quads, triangles) {
+            (true, true) => Err(Failure::Usage("--quads and --triangles exclude each other; give one of them")),
+            (_, true) => Ok(Facets::Triangles),
+            _ => Ok(Facets::Quads),
+        }
+    }
+
+    fn rule(&self) -> Option<Triangles> {
+        let mut rules = self.triangles.iter().filter_map(|word| match word {
+            TrianglesWord::Rule(rule) => Some(*rule),
+            TrianglesWord::Facets => None,
+        });
+        rules.next_back()
+    }
+
+    fn rates(&self) -> Rates {
+        match (self.rate, self.tolerance, self.edge_length) {
+            (Some(rate), ..) => Rates::Uniform(rate),
+            (_, Some(tolerance), _) => Rates::Tolerance(tolerance),
+            (.., length) => Rates::EdgeLength(length.unwrap_or(f64::NAN)),
+        }
+    }
+}
+
+/// Runs the verb.
+pub fn run(args: &TessellateArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    let facets = args.facets()?;
+    let output = Output::new(&args.output, common)?;
+    output.check_mesh()?;
+    let input = Input::load(&args.mesh, args.rule(), console)?;
+    let options = TessellateOptions { rates: args.rates(), facets, normals: true, places: false };
+    match common.precision {
+        Some(Precision::F64) => tessellate::<f64>(args, &options, common, &input, &output, console),
+        Some(Precision::F32) | None => tessellate::<f32>(args, &options, common, &input, &output, console),
+    }
+}
+
+fn tessellate<T: subsurf::Real + subsurf_io::Real>(
+    args: &TessellateArgs,
+    options: &TessellateOptions,
+    common: &Common,
+    input: &Input,
+    output: &Output,
+    console: &Console,
+) -> Result<(), Failure> {
+    let start = Instant::now();
+    let points = input.positions::<T>()?;
+    let table = input.patch_table(args.evaluator.evaluator, console)?;
+    if table.size().patches == 0 {
+        return Err(Failure::OnlyHoles { name: input.name.clone() });
+    }
+    if input.scene.texture.is_some() {
+        console
+            .warn(&format_args!("{}: texture coordinates cannot be tessellated yet; the output has none", input.name));
+    }
+    if let Rates::Uniform(rate) = options.rates {
+        memory::check(&input.name, format!("rate {rate}"), uniform_bytes(table.topology(), rate, size_of::<T>()))?;
+        if rate % 2 == 1 && has_other_faces(table.topology()) {
+            console.note(&format_args!("rate {rate} is rounded up to {}: some faces are no quads", rate + 1));
+        }
+    }
+    let bar = console.progress("tessellating", 2);
+    let mesh = table
+        .surface(&points)
+        .tessellate(options)
+        .map_err(|source| Failure::Tessellate { name: input.name.clone(), source })?;
+    bar.inc(1);
+    let normal_indices = (!mesh.normal_corners.is_empty()).then_some(&mesh.normal_corners[..]);
+    output.write_mesh(&OutputMesh {
+        positions: &mesh.positions,
+        sizes: FaceSizes::Offsets(&mesh.face_offsets),
+        corners: &mesh.corners,
+        normals: Some(Attribute { values: &mesh.normals, indices: normal_indices }),
+        texture: None,
+        tags: None,
+    })?;
+    bar.finish_and_clear();
+    if common.json {
+        print_json(&json!({
+            "output": output.name(),
+            "vertices": mesh.positions.len(),
+            "normals": mesh.normals.len(),
+            "faces": mesh.face_offsets.len() - 1,
+            "seconds": start.elapsed().as_secs_f64(),
+        }))?;
+    }
+    Ok(())
+}
+
+/// Whether some face is no quad.
+fn has_other_faces(t: &Topology) -> bool {
+    t.face_offsets().windows(2).any(|w| w[1] - w[0] != 4)
+}
+
+/// Memory of a uniform tessellation, roughly: every facet has four corners with two indices, and about one point with
+/// a normal.
+fn uniform_bytes(t: &Topology, rate: u32, size_of_number: usize) -> u64 {
+    let quads = t.half_edge_count() as u64 / 4;
+    let facets = quads.saturating_mul(u64::from(rate).saturating_mul(u64::from(rate)));
+    facets.saturating_mul(4 * 8 + 6 * size_of_number as u64)
+}

@@ -1,0 +1,11 @@
+//! Every verb as a user calls it: arguments in; standard output, standard error, exit status and files out.
+
+mod eval;
+mod info;
+mod models;
+mod program;
+mod refine;
+mod render;
+mod tessellate;
+mod usage;
+mod wrong_input;
