@@ -139,20 +139,24 @@ fn one_and_two_threads_give_the_same_bits() {
     }
 }
 
-/// Distance from `p` to the nearest point of a triangle, by repeated quartering of the triangle.
-fn nearest(p: [f64; 3], t: [[f64; 3]; 3], depth: u32) -> f64 {
-    let middle = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| 0.5 * (a[i] + b[i]));
-    let far = |q: [f64; 3]| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
-    let [a, b, c] = t;
-    let centre = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
-    if depth == 0 {
-        return far(centre);
+/// Distance from `p` to the nearest point of a triangle: the squared distance is a convex quadratic in the two
+/// barycentric parameters, so golden-section searches nest.
+fn nearest(p: [f64; 3], t: [[f64; 3]; 3]) -> f64 {
+    let far = |s: f64, r: f64| {
+        (0..3).map(|i| (p[i] - t[0][i] - s * (t[1][i] - t[0][i]) - r * (t[2][i] - t[0][i])).powi(2)).sum::<f64>()
+    };
+    least(1.0, &|s| least(1.0 - s, &|r| far(s, r))).sqrt()
+}
+
+/// The least value of a convex function on `[0, end]`.
+fn least(end: f64, f: &dyn Fn(f64) -> f64) -> f64 {
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (0.0, end);
+    for _ in 0..30 {
+        let (x, y) = (b - ratio * (b - a), a + ratio * (b - a));
+        if f(x) < f(y) { b = y } else { a = x }
     }
-    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
-    let at = |t: &[[f64; 3]; 3]| far([0, 1, 2].map(|i| (t[0][i] + t[1][i] + t[2][i]) / 3.0));
-    let best = parts.iter().min_by(|x, y| at(x).total_cmp(&at(y))).unwrap();
-    nearest(p, *best, depth - 1)
+    f(0.5 * (a + b))
 }
 
 #[test]
@@ -172,8 +176,17 @@ fn tolerances_are_kept_at_the_middle_of_facets_and_sides() {
                 let (face, subface) = places.facet[k];
                 let [u, v] = [0, 1].map(|i| middle(&|c| places.corner_uv[c][i]));
                 let p = surface.position(Location { face: Face(face), subface, u, v }).unwrap();
-                let facet: Vec<[f64; 3]> = range.map(|c| mesh.positions[mesh.corners[c] as usize]).collect();
-                worst = worst.max(nearest(p, [facet[0], facet[1], facet[2]], 8));
+                let to_facet = |k: usize| {
+                    let first = mesh.face_offsets[k] as usize;
+                    nearest(p, [0, 1, 2].map(|c| mesh.positions[mesh.corners[first + c] as usize]))
+                };
+                let mut far = to_facet(k);
+                if far > tolerance {
+                    // Next to an extraordinary vertex parameters drift: another facet of the face lies below the point.
+                    let same = (0..places.facet.len()).filter(|&other| places.facet[other] == places.facet[k]);
+                    far = same.map(to_facet).fold(far, f64::min);
+                }
+                worst = worst.max(far);
             }
             assert!(worst <= tolerance, "{} {tolerance}: {worst}", shape.name);
         }

@@ -67,6 +67,19 @@ pub(super) fn of_faces(
     out
 }
 
+/// The facets of a patch in its parameters, for given facets across and along its sides.
+pub(super) fn in_parameters(is_triangle: bool, cells: [u32; 2], sides: &[u32]) -> Vec<Vec<[f64; 2]>> {
+    let side = |(s, &n): (usize, &u32)| -> Vec<Corner> {
+        let part = |k: u32| f64::from(k) / f64::from(n);
+        (0..=n).map(|k| Corner { point: 0, normal: 0, uv: on_side(is_triangle, s, part(k), part(n - k)) }).collect()
+    };
+    let grid = PatchGrid { cells, first: 0, is_triangle };
+    let mut facets = Vec::new();
+    Patch { grid, side: sides.iter().enumerate().map(side).collect() }
+        .facets(&mut |facet| facets.push(facet.iter().map(|c| c.uv).collect()));
+    facets
+}
+
 struct Patch {
     grid: PatchGrid,
     /// Corners along the sides, each from its patch corner to the next, both included.

@@ -5,7 +5,7 @@
 //! extraordinary vertices.
 
 use super::layout::{PatchRates, on_side};
-use super::{FINEST, Rates, TessellateError};
+use super::{FINEST, Rates, TessellateError, facets};
 use crate::index::{Face, HalfEdge};
 use crate::limit::{LimitSurface, Location, PatchTable};
 use crate::real::Real;
@@ -52,11 +52,10 @@ enum Goal {
     Length(f64),
 }
 
-/// Shares of a tolerance. A triangle between an edge and an inner grid of another rate errs by up to what both err.
+/// Shares of a tolerance: the rest is for what lies between the points measured, and along edges for the triangles that
+/// lead from them to an inner grid of another rate.
 const EDGE_SHARE: f64 = 0.6;
-const UNEVEN_SHARE: f64 = 0.4;
-/// A plain grid errs by itself only; the rest is for what lies between the points measured.
-const EVEN_SHARE: f64 = 0.8;
+const FACET_SHARE: f64 = 0.8;
 
 impl Goal {
     /// The same goal with a share of the tolerance.
@@ -93,7 +92,7 @@ impl Goal {
 
 /// Points measured per side of a facet: more on coarse grids, where a single one may lie on the facet by chance.
 fn probes(n: u32) -> u32 {
-    if n < 4 { 4 } else { 2 }
+    if n < 4 { 4 } else { 3 }
 }
 
 fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal) -> PatchRates {
@@ -164,35 +163,72 @@ fn along_edge(table: &PatchTable, h: HalfEdge, s: f64) -> Location {
 /// Rates of a face's patches: those of the sides where they agree and suffice, else an inner grid with a point inside.
 fn face_rates<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, f: Face, sides: &[u32]) -> Vec<[u32; 2]> {
     let subfaces = surface.table().subfaces(f);
+    let goal = goal.share(FACET_SHARE);
+    let patch = |subface: u32| Location { face: f, subface, u: 0.0, v: 0.0 };
     if surface.table().scheme().split() == SplitKind::Triangles {
-        let meets = |share: f64, n: u32| triangle_meets(surface, goal.share(share), f, n);
         let agree = sides.iter().all(|&s| s == sides[0]);
-        let even = agree && meets(EVEN_SHARE, sides[0]);
-        let n = if even { sides[0] } else { Goal::first(3, |n| meets(UNEVEN_SHARE, n)) };
+        let n = if agree && triangle_meets(surface, goal, f, sides[0]) {
+            sides[0]
+        } else {
+            Goal::first(3, |n| {
+                triangle_meets(surface, goal, f, n) && uneven_meets(surface, goal, patch(0), [n, n], sides)
+            })
+        };
         return vec![[n, n]];
     }
-    let meets = |share: f64, cells: [u32; 2]| {
-        let patch = |subface: u32| Location { face: f, subface, u: 0.0, v: 0.0 };
-        (0..subfaces).all(|s| quad_meets(surface, goal.share(share), patch(s), cells))
-    };
+    let meets = |cells: [u32; 2]| (0..subfaces).all(|s| quad_meets(surface, goal, patch(s), cells));
     if subfaces > 1 {
         // Sub-faces share their spokes: one rate for all, in both directions.
         let half = sides[0] / 2;
         let agree = sides.iter().all(|&s| s / 2 == half);
-        let even = agree && meets(EVEN_SHARE, [half, half]);
-        let n = if even { half } else { Goal::first(2, |n| meets(UNEVEN_SHARE, [n, n])) };
+        let uneven = |n: u32| {
+            (0..subfaces as usize).all(|s| {
+                let (out, back) = (sides[s] / 2, sides[(s + sides.len() - 1) % sides.len()] / 2);
+                uneven_meets(surface, goal, patch(s as u32), [n, n], &[out, n, n, back])
+            })
+        };
+        let n = if agree && meets([half, half]) { half } else { Goal::first(2, |n| meets([n, n]) && uneven(n)) };
         return vec![[n, n]; subfaces as usize];
     }
     let agree = sides[0] == sides[2] && sides[1] == sides[3];
-    if agree && meets(EVEN_SHARE, [sides[0], sides[1]]) {
+    if agree && meets([sides[0], sides[1]]) {
         return vec![[sides[0], sides[1]]];
     }
     // Grow evenly from what the sides ask for.
-    let [mut nu, mut nv] = [sides[0].max(sides[2]), sides[1].max(sides[3])].map(|n| n.max(2));
-    while (nu < FINEST || nv < FINEST) && !meets(UNEVEN_SHARE, [nu, nv]) {
-        [nu, nv] = [nu, nv].map(|n| (n + n.div_ceil(4)).min(FINEST));
+    let mut cells = [sides[0].max(sides[2]), sides[1].max(sides[3])].map(|n| n.max(2));
+    while cells.iter().any(|&n| n < FINEST) && !(meets(cells) && uneven_meets(surface, goal, patch(0), cells, sides)) {
+        cells = cells.map(|n| (n + n.div_ceil(4)).min(FINEST));
     }
-    vec![[nu, nv]]
+    vec![cells]
+}
+
+/// True where the triangles that lead from a patch's sides, of given rates, to its inner grid keep the goal.
+fn uneven_meets<T: Real>(
+    surface: &LimitSurface<'_, T, 3>,
+    goal: Goal,
+    patch: Location,
+    cells: [u32; 2],
+    sides: &[u32],
+) -> bool {
+    if matches!(goal, Goal::Length(_)) {
+        return true;
+    }
+    let is_triangle = surface.table().scheme().split() == SplitKind::Triangles;
+    let at = |[u, v]: [f64; 2]| surface.position(Location { u, v, ..patch }).expect("holes have no rates");
+    // Quads of the inner grid are measured elsewhere.
+    let strips = facets::in_parameters(is_triangle, cells, sides).into_iter().filter(|f| f.len() == 3);
+    let strips: Vec<([[f64; 2]; 3], [Point; 3])> =
+        strips.map(|f| ([f[0], f[1], f[2]], [at(f[0]), at(f[1]), at(f[2])])).collect();
+    strips.iter().all(|&(uv, facet)| {
+        let mean = |w: [f64; 3]| [0, 1].map(|i| w[0] * uv[0][i] + w[1] * uv[1][i] + w[2] * uv[2][i]);
+        const OVER: [[f64; 3]; 4] =
+            [[1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], [0.5, 0.25, 0.25], [0.25, 0.5, 0.25], [0.25, 0.25, 0.5]];
+        OVER.iter().all(|&w| {
+            let over = [at(mean(w))];
+            // Next to an extraordinary vertex parameters drift: another facet may lie below the point.
+            goal.inside_is_met(&[facet], &over) || strips.iter().any(|s| goal.inside_is_met(&[s.1], &over))
+        })
+    })
 }
 
 /// True where a quad patch in `nu × nv` facets keeps the goal.
