@@ -200,6 +200,15 @@ fn the_eigenbasis_takes_pinned_vertices_of_any_valence() {
     }
 }
 
+/// Sharp edges of one sheet shape the others through their common vertex, whether they decay or not.
+#[test]
+fn creases_on_one_sheet_of_several_are_seen_by_the_others() {
+    for (s, t) in [(10.0, 0.0), (2.5, 0.0), (0.75, 10.0), (1.5, 3.25)] {
+        let tags = creases(&[(1, 4, s), (1, 10, t)]);
+        check_everywhere(&shapes::three_sheets().tagged(format!("creases {s} and {t} across sheets"), tags));
+    }
+}
+
 #[test]
 #[ignore = "minutes"]
 fn the_limit_is_that_of_refinement_on_many_random_meshes() {

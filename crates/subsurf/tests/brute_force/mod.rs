@@ -139,8 +139,9 @@ impl Soup {
             let lone = rings.vertex_faces[&v].len() == 1 && tags.rules.boundary == Boundary::EdgeAndCorner;
             // A crease along which several sheets meet stays a crease.
             let along = odd.len() == 2
+                && rings.vertex_faces[&v].len() > edges.len()
                 && rings.edge_faces[&odd[0]].len() == rings.edge_faces[&odd[1]].len()
-                && sheets.iter().all(|(_, ends)| ends.iter().all(|e| odd.contains(e)) && ends.len() == 2);
+                && sheets.iter().all(|ends| ends.iter().all(|e| odd.contains(e)) && ends.len() == 2);
             if lone || (!odd.is_empty() && !along) || (odd.is_empty() && sheets.len() > 1) {
                 pinned.push(v);
             }
@@ -159,15 +160,14 @@ impl Soup {
         faces.len() == 2 && forward(faces[0]) == forward(faces[1])
     }
 
-    /// The fans of faces at a vertex, faces joined through edges of two faces; with the edges where each fan ends.
-    fn sheets(&self, v: u32, rings: &Rings) -> Vec<(Vec<usize>, Vec<(u32, u32)>)> {
+    /// The fans at a vertex, of faces joined through edges of two faces: for each fan the edges where it ends.
+    fn sheets(&self, v: u32, rings: &Rings) -> Vec<Vec<(u32, u32)>> {
         let mut left: HashSet<usize> = rings.vertex_faces[&v].iter().copied().collect();
         let mut sheets = Vec::new();
         while let Some(&start) = left.iter().min() {
-            let (mut fan, mut ends, mut todo) = (Vec::new(), Vec::new(), vec![start]);
+            let (mut ends, mut todo) = (Vec::new(), vec![start]);
             left.remove(&start);
             while let Some(f) = todo.pop() {
-                fan.push(f);
                 for (a, b) in sides(&self.faces[f]).filter(|&(a, b)| a == v || b == v) {
                     let e = key(a, b);
                     if rings.edge_faces[&e].len() != 2 || self.conflict(e, rings) {
@@ -181,7 +181,7 @@ impl Soup {
                     }
                 }
             }
-            sheets.push((fan, ends));
+            sheets.push(ends);
         }
         sheets
     }
@@ -521,29 +521,26 @@ impl Soup {
         let rings = self.rings();
         let mut soup = self.cut_out(face, &rings);
         let (mut u, mut v) = (at.u, at.v);
-        let mut scale = 0;
-        let mut depth = 0;
-        if soup.faces[0].len() != 4 {
+        let split = soup.faces[0].len() != 4;
+        if split {
             soup = soup.child(at.subface as usize);
-            depth += 1;
         }
         // Positions at a vertex converge with 0.66 a level at worst: 1e-18 after 100 levels.
-        for _ in 0..100 {
+        const DEEPEST: u32 = 100;
+        for scale in 0..DEEPEST {
             if let Some(grid) = soup.patch() {
-                return Some(soup.at_patch(&grid, u, v, scale, depth));
+                return Some(soup.at_patch(&grid, u, v, scale as i32, scale + u32::from(split)));
             }
             let (cu, cv) = (u >= 0.5, v >= 0.5);
             let corner = [[0, 3], [1, 2]][usize::from(cu)][usize::from(cv)];
             (u, v) = (2.0 * u - f64::from(u8::from(cu)), 2.0 * v - f64::from(u8::from(cv)));
             soup = soup.child(corner);
-            scale += 1;
-            depth += 1;
         }
         // The corner that the location has been drawn to.
         let corner = [[0, 3], [1, 2]][usize::from(u >= 0.5)][usize::from(v >= 0.5)];
         assert!((u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0), "no patch at {at:?}");
         let position = plus(soup.points[soup.faces[0][corner] as usize], soup.zero);
-        Some(Truth { position: position.map(Double::to_f64), derivatives: None, depth })
+        Some(Truth { position: position.map(Double::to_f64), derivatives: None, depth: DEEPEST })
     }
 
     fn at_patch(&self, grid: &[[Point; 4]; 4], u: f64, v: f64, scale: i32, depth: u32) -> Truth {

@@ -355,7 +355,7 @@ fn change(faces: &[Vec<u32>], what: Change) -> Option<Vec<Vec<u32>>> {
             return Some(out);
         }
     }
-    (out.len() > 0 && out.len() < 700 && is_manifold(&out)).then_some(out)
+    (!out.is_empty() && out.len() < 700 && is_manifold(&out)).then_some(out)
 }
 
 impl Recipe {
@@ -470,7 +470,7 @@ fn parameter() -> impl Strategy<Value = Parameter> {
 }
 
 /// Half of the places have both parameters at the same depth, so that they lie deep at a vertex.
-fn place() -> impl Strategy<Value = (u16, u8, Parameter, Parameter)> {
+pub fn place() -> impl Strategy<Value = (u16, u8, Parameter, Parameter)> {
     let corner = (any::<(u16, u16)>(), any::<(bool, bool)>(), 1..41u8).prop_map(|((x, y), (p, q), d)| {
         let near = |one: bool, x| if one { Parameter::NearOne(x, d) } else { Parameter::NearZero(x, d) };
         (near(p, x), near(q, y))
