@@ -19,6 +19,8 @@ pub struct Truth {
     pub position: [f64; 3],
     /// First derivatives in u, v and second in uu, uv, vv; none where no level has a bicubic patch: at special vertices.
     pub derivatives: Option<[[f64; 3]; 5]>,
+    /// The largest first derivative that points so far apart as the patch's can have.
+    pub spread: f64,
     /// How many refinements it took.
     pub depth: u32,
 }
@@ -540,7 +542,7 @@ impl Soup {
         let corner = [[0, 3], [1, 2]][usize::from(u >= 0.5)][usize::from(v >= 0.5)];
         assert!((u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0), "no patch at {at:?}");
         let position = plus(soup.points[soup.faces[0][corner] as usize], soup.zero);
-        Some(Truth { position: position.map(Double::to_f64), derivatives: None, depth: DEEPEST })
+        Some(Truth { position: position.map(Double::to_f64), derivatives: None, spread: 0.0, depth: DEEPEST })
     }
 
     fn at_patch(&self, grid: &[[Point; 4]; 4], u: f64, v: f64, scale: i32, depth: u32) -> Truth {
@@ -555,7 +557,9 @@ impl Soup {
             total
         };
         let derivative = |i: usize, j: usize| at(i, j).map(|x| x.to_f64() * 2f64.powi(scale * (i + j) as i32));
+        let reach = |p: &Point| size([0, 1, 2].map(|k| (p[k] - grid[1][1][k]).to_f64()));
         Truth {
+            spread: grid.iter().flatten().map(reach).fold(0.0, f64::max) * 2f64.powi(scale),
             position: plus(at(0, 0), self.zero).map(Double::to_f64),
             derivatives: Some([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].map(|(i, j)| derivative(i, j))),
             depth,
@@ -581,6 +585,23 @@ fn cubic(t: f64) -> [[Double; 4]; 3] {
         [half(n(-1.0) * s * s), half(n(3.0) * t * t - n(4.0) * t), half(n(4.0) * s - n(3.0) * s * s), half(t * t)],
         [s, n(3.0) * t - n(2.0), n(3.0) * s - n(2.0), t],
     ]
+}
+
+impl Truth {
+    /// Largest errors of first and second derivatives, relative to the largest derivative there. Where a surface folds
+    /// so that all derivatives nearly vanish, rounding leaves errors relative to the points' distances instead.
+    pub fn derivative_errors(&self, du: [f64; 3], dv: [f64; 3], second: [[f64; 3]; 3]) -> [f64; 2] {
+        let Some(d) = self.derivatives else { return [0.0; 2] };
+        let largest = |from: usize, to: usize| d[from..to].iter().map(|&d| size(d)).fold(0.0, f64::max);
+        let first = largest(0, 2).max(1e-4 * self.spread);
+        let all = largest(2, 5).max(first);
+        if first == 0.0 {
+            return [0.0; 2];
+        }
+        let [uu, uv, vv] = second;
+        let error = |k: usize| apart([du, dv, uu, uv, vv][k], d[k]);
+        [error(0).max(error(1)) / first, error(2).max(error(3)).max(error(4)) / all]
+    }
 }
 
 pub fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -135,7 +135,7 @@ pub fn random_points(count: usize, seed: u64) -> Vec<[f64; 3]> {
 }
 
 impl Base {
-    fn faces(self) -> Vec<Vec<u32>> {
+    pub fn faces(self) -> Vec<Vec<u32>> {
         match self {
             Self::Grid(w, h) => grid(w, h, w + 1, h + 1),
             Self::Tube(w, h) => grid(w, h, w, h + 1),
