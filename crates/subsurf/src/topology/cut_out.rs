@@ -168,8 +168,8 @@ impl Topology {
 
     /// Sharpness of the sharp edges at `v` that are not among `known`.
     fn foreign_edges(&self, v: Vertex, known: &[u32]) -> Vec<f64> {
-        // On a pinned vertex they change nothing, and a manifold vertex has none of its own.
-        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS {
+        // On a pinned vertex they change nothing but Chaikin's averages, and a manifold vertex has none of its own.
+        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS && self.rules.creasing == Creasing::Uniform {
             return Vec::new();
         }
         if !self.vertex_non_manifold[v.index()] {
@@ -263,7 +263,7 @@ impl Topology {
             edge_half_edge,
             edge_flags,
             edge_sharpness,
-            vertex_non_manifold: vec![false; vertex_count],
+            vertex_non_manifold: around.ring.iter().map(|&v| self.vertex_non_manifold[v as usize]).collect(),
             vertex_sharpness: around.ring.iter().map(|&v| self.vertex_sharpness[v as usize]).collect(),
             sharp_offset: Vec::new(),
             sharp_edges: Vec::new(),
