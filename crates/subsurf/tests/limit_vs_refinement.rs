@@ -4,7 +4,7 @@ mod brute_force;
 mod random_mesh;
 
 use brute_force::{Soup, apart, diagonal};
-use random_mesh::{Recipe, for_all, recipe};
+use random_mesh::{Recipe, for_all, random_points, recipe};
 use std::cell::Cell;
 use std::collections::HashSet;
 use subsurf::shapes::Shape;
@@ -201,6 +201,24 @@ fn creases_on_one_sheet_of_several_are_seen_by_the_others() {
         let tags = creases(&[(1, 4, s), (1, 10, t)]);
         check_everywhere(&shapes::three_sheets().tagged(format!("creases {s} and {t} across sheets"), tags));
     }
+}
+
+/// The same where the common vertex is pinned: Chaikin's averages go over all its edges.
+#[test]
+fn chaikin_averages_at_a_pinned_vertex_go_over_all_sheets() {
+    let mut tags = creases(&[(1, 4, 2.5), (1, 10, 0.75)]);
+    tags.corners.push(Corner::new(1, 10.0));
+    tags.rules.creasing = Creasing::Chaikin;
+    check_everywhere(&shapes::three_sheets().tagged("Chaikin across sheets", tags));
+}
+
+/// Face 0 meets the faces on both sides of the semi-sharp edge 1-3 through vertex 1, but at vertex 3 they are another sheet.
+#[test]
+fn a_sheet_that_is_met_through_another_corner_is_still_another_sheet() {
+    let faces = vec![vec![1, 0, 3, 2], vec![3, 1, 2], vec![1, 3, 0], vec![2, 3, 0]];
+    let tags = creases(&[(1, 3, 3.0)]);
+    let mesh = ControlMesh::new(&faces, tags).unwrap();
+    check_everywhere(&Shape { name: "sheets that meet twice".to_owned(), mesh, positions: random_points(4, 7) });
 }
 
 #[test]
