@@ -221,6 +221,20 @@ fn a_sheet_that_is_met_through_another_corner_is_still_another_sheet() {
     check_everywhere(&Shape { name: "sheets that meet twice".to_owned(), mesh, positions: random_points(4, 7) });
 }
 
+/// A crease one row from the boundary, from an infinite crease and from another one, along which the closed form of a
+/// single crease holds or does not.
+#[test]
+fn creases_one_row_from_boundaries_and_other_creases_are_exact() {
+    let row = |y: u32, s: f64| (0..5u32).map(move |x| (y * 6 + x, y * 6 + x + 1, s));
+    for s in [0.3, 1.0, 2.5, 9.99] {
+        for rows in [vec![(1, s)], vec![(1, s), (2, s)], vec![(1, s), (2, 10.0)], vec![(1, s), (2, 0.5 * s)]] {
+            let tags = creases(&rows.iter().flat_map(|&(y, s)| row(y, s)).collect::<Vec<_>>());
+            let height = if rows.len() == 1 { 2 } else { 3 };
+            check_everywhere(&shapes::grid(5, height).tagged(format!("creases along rows {rows:?}"), tags));
+        }
+    }
+}
+
 #[test]
 #[ignore = "minutes"]
 fn the_limit_is_that_of_refinement_on_many_random_meshes() {

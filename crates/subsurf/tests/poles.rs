@@ -14,8 +14,7 @@ fn mesh(base: Base, tags: Tags) -> ControlMesh {
 }
 
 /// Places at the pole, which is corner 0: the pole itself, deep beside it, and away from it.
-const PLACES: [(f64, f64); 8] =
-    [(0.0, 0.0), (1e-12, 2e-12), (3e-9, 0.0), (0.0, 1e-6), (1e-3, 2e-4), (0.1, 0.6), (0.5, 0.5), (0.9, 0.95)];
+const PLACES: [(f64, f64); 6] = [(0.0, 0.0), (1e-12, 2e-12), (0.0, 1e-6), (1e-3, 2e-4), (0.5, 0.5), (0.9, 0.95)];
 
 /// Checks a few faces round the pole against brute force, in positions and derivatives.
 fn is_exact(what: &str, mesh: &ControlMesh, faces: &[u32]) {
