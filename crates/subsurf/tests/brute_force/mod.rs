@@ -143,7 +143,7 @@ impl Soup {
             let along = odd.len() == 2
                 && rings.vertex_faces[&v].len() > edges.len()
                 && rings.edge_faces[&odd[0]].len() == rings.edge_faces[&odd[1]].len()
-                && sheets.iter().all(|ends| ends.iter().all(|e| odd.contains(e)) && ends.len() == 2);
+                && sheets.iter().all(|ends| ends.len() == 2 && odd.iter().all(|e| ends.contains(e)));
             if lone || (!odd.is_empty() && !along) || (odd.is_empty() && sheets.len() > 1) {
                 pinned.push(v);
             }
