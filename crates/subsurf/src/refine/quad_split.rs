@@ -18,6 +18,7 @@ use crate::index::{Edge, HalfEdge, Vertex};
 use crate::sharpness::{decay, edge_half, foreign_half};
 use crate::topology::{EdgeFlags, NONE, Topology};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// The child face of one half-edge.
 #[derive(Clone, Copy)]
@@ -123,6 +124,8 @@ pub(super) fn child(t: &Topology) -> Topology {
         hole: t.face.iter().map(|&f| t.hole[f as usize]).collect(),
         rules: t.rules,
         foreign_sharpness: t.foreign_sharpness.keys().map(|&v| (v, foreign_half(t, Vertex(v)))).collect(),
+        // A new vertex on an edge has no sharp edges but the edge's halves, and the child holds both.
+        far_half: BTreeMap::new(),
     };
     child.index_sharp_edges();
     child
