@@ -20,7 +20,8 @@ fn is_semi_sharp(s: f64) -> bool {
 /// Uniform: that of the edge less one. Chaikin: with at least two semi-sharp edges at `v`,
 /// `max(0, 3/4 s + 1/4 mean(the others) - 1)`.
 pub(crate) fn edge_half(t: &Topology, e: Edge, v: Vertex) -> f64 {
-    chaikin_or_uniform(t, v, t.edge_sharpness(e))
+    let known = t.far_half.get(&(e.0, v.0));
+    known.copied().unwrap_or_else(|| chaikin_or_uniform(t, v, t.edge_sharpness(e)))
 }
 
 fn chaikin_or_uniform(t: &Topology, v: Vertex, s: f64) -> f64 {

@@ -62,6 +62,9 @@ pub struct Topology {
     /// Sharpness of edges at a vertex that are not part of this table: only where a table holds a cut-out of a mesh
     /// and the vertex lies on a non-manifold crease.
     pub(crate) foreign_sharpness: BTreeMap<u32, Vec<f64>>,
+    /// By edge and end: sharpness of the edge's half there, one level down. Only where a table holds a cut-out of a mesh,
+    /// creasing is Chaikin's, and other edges at that end, which this table does not hold, have a say.
+    pub(crate) far_half: BTreeMap<(u32, u32), f64>,
 }
 
 impl Topology {

@@ -68,6 +68,9 @@ impl EigenForm {
     /// # Panics
     /// If `a` is not K × K.
     pub(crate) fn new(kind: Kind, n: usize, i: usize, a: &[f64], ring_len: usize) -> Option<Self> {
+        if matches!(kind, Kind::Dart | Kind::Pinned) {
+            return None;
+        }
         let inside = |edge| kind == Kind::Smooth || (edge != 0 && edge != n);
         let mut outer = OuterModes::new(inside(i), inside(i + 1));
         let points = ring_len + outer.len();
@@ -77,7 +80,7 @@ impl EigenForm {
             Kind::Smooth => ring::smooth(n),
             Kind::Crease => ring::crease(n, |x| multiply(ring_rows, points, x)),
             Kind::Corner => ring::corner(n, |x| multiply(ring_rows, points, x)),
-            Kind::Dart | Kind::Pinned => return None,
+            Kind::Dart | Kind::Pinned => unreachable!("no such form"),
         };
         // The order of the paper's Figure 4; the constant comes first.
         ring.sort_by(|a, b| b.eigenvalue.abs().total_cmp(&a.eigenvalue.abs()));

@@ -502,7 +502,7 @@ fn is_finite_sharpness(s: f64) -> bool {
 fn has_finite_sharpness(t: &Topology, h: HalfEdge) -> bool {
     let v = t.origin(h);
     is_finite_sharpness(t.vertex_sharpness(v))
-        || (t.vertex_sharpness(v) < INFINITE_SHARPNESS && !t.foreign_sharpness(v).is_empty())
+        || t.foreign_sharpness(v).iter().any(|&s| is_finite_sharpness(s))
         || t.sharp_edges(v).iter().any(|&e| is_finite_sharpness(t.edge_sharpness(Edge(e))))
 }
 

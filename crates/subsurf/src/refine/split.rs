@@ -4,6 +4,7 @@ use crate::index::{Edge, HalfEdge, Vertex};
 use crate::sharpness::{decay, edge_half, foreign_half};
 use crate::topology::{EdgeFlags, NONE, Topology};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// The tables that differ from split to split. Child vertices are those of parent vertices, then `face_points` (all
 /// faces' or none), then those of edges; child edges are `inside` faces, then the halves of parent edges.
@@ -91,6 +92,8 @@ impl Split {
             hole: self.parent_face.iter().map(|&f| t.hole[f as usize]).collect(),
             rules: t.rules,
             foreign_sharpness: t.foreign_sharpness.keys().map(|&v| (v, foreign_half(t, Vertex(v)))).collect(),
+            // A new vertex on an edge has no sharp edges but the edge's halves, and the child holds both.
+            far_half: BTreeMap::new(),
         };
         child.index_sharp_edges();
         child

@@ -61,6 +61,7 @@ fn unsharpened(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         hole,
         rules: mesh.tags().rules,
         foreign_sharpness: BTreeMap::new(),
+        far_half: BTreeMap::new(),
     })
 }
 

@@ -3,7 +3,9 @@
 
 use super::{EdgeFlags, NONE, Topology};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
-use crate::tags::INFINITE_SHARPNESS;
+use crate::mask::other_end;
+use crate::sharpness::edge_half;
+use crate::tags::{Creasing, INFINITE_SHARPNESS};
 use std::collections::BTreeMap;
 
 /// Reusable memory of [`Topology::surroundings`]: which vertices and faces the current walk has met.
@@ -131,6 +133,9 @@ impl Topology {
         let mut seen = Vec::with_capacity(8);
         let mut spoke = |e: Edge, seen: &mut Vec<u32>| {
             note(self.edge_sharpness(e));
+            if self.far_end_matters(e) {
+                note(edge_half(self, e, other_end(self, e, v)));
+            }
             seen.push(e.0);
         };
         spoke(self.edge(own), &mut seen);
@@ -154,10 +159,17 @@ impl Topology {
         foreign.iter().for_each(|s| key.extend([(s.to_bits() >> 32) as u32, s.to_bits() as u32]));
     }
 
+    /// True where the new vertex on edge `e` depends on all sharp edges at both ends: under Chaikin's rule, whose
+    /// fractions are sharp while both halves of the edge stay so.
+    fn far_end_matters(&self, e: Edge) -> bool {
+        let s = self.edge_sharpness(e);
+        self.rules.creasing == Creasing::Chaikin && s > 0.0 && s < INFINITE_SHARPNESS
+    }
+
     /// Sharpness of the sharp edges at `v` that are not among `known`.
     fn foreign_edges(&self, v: Vertex, known: &[u32]) -> Vec<f64> {
-        // On a pinned vertex they change nothing, and a manifold vertex has none of its own.
-        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS {
+        // On a pinned vertex they change nothing but Chaikin's averages, and a manifold vertex has none of its own.
+        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS && self.rules.creasing == Creasing::Uniform {
             return Vec::new();
         }
         if !self.vertex_non_manifold[v.index()] {
@@ -232,6 +244,12 @@ impl Topology {
             let list = self.foreign_edges(Vertex(around.ring[i]), &old_edges);
             (!list.is_empty()).then_some((i as u32, list))
         };
+        let far_half = edge_old.iter().zip(&edge_vertices).enumerate().flat_map(|(new, (&old, ends))| {
+            let far = |&v: &u32| !is_own(v) && ends.iter().any(|&v| is_own(v)) && self.far_end_matters(Edge(old));
+            let half = move |v: u32| ((new as u32, v), edge_half(self, Edge(old), Vertex(around.ring[v as usize])));
+            ends.iter().copied().filter(far).map(half).collect::<Vec<_>>()
+        });
+        let far_half = far_half.collect();
         let vertex_count = around.ring.len();
         let mut cut = Topology {
             vertex_count,
@@ -245,13 +263,14 @@ impl Topology {
             edge_half_edge,
             edge_flags,
             edge_sharpness,
-            vertex_non_manifold: vec![false; vertex_count],
+            vertex_non_manifold: around.ring.iter().map(|&v| self.vertex_non_manifold[v as usize]).collect(),
             vertex_sharpness: around.ring.iter().map(|&v| self.vertex_sharpness[v as usize]).collect(),
             sharp_offset: Vec::new(),
             sharp_edges: Vec::new(),
             hole: vec![false; around.faces.len()],
             rules: self.rules,
             foreign_sharpness: (0..own).filter_map(foreign).collect(),
+            far_half,
         };
         cut.index_sharp_edges();
         cut

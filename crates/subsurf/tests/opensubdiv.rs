@@ -1,0 +1,223 @@
+//! Classical refinement against OpenSubdiv's, element by element: `tests/golden/opensubdiv/README.md` describes the data.
+
+use serde_json::Value;
+use std::path::Path;
+use subsurf::{
+    Boundary, ControlMesh, Corner, Crease, Creasing, Edge, Face, Level, Rules, Scheme, Tags, Topology, Triangles,
+    Vertex,
+};
+
+/// A shape as the reference file gives it.
+struct Shape {
+    name: String,
+    scheme: Scheme,
+    mesh: ControlMesh,
+    positions: Vec<[f64; 3]>,
+    levels: Vec<Value>,
+}
+
+fn rows(v: &Value) -> &[Value] {
+    v.as_array().unwrap()
+}
+
+fn index(v: &Value) -> u32 {
+    v.as_u64().unwrap() as u32
+}
+
+fn indices(v: &Value) -> Vec<u32> {
+    rows(v).iter().map(index).collect()
+}
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().unwrap()
+}
+
+/// Sharpness as OpenSubdiv stores it; the files' decimals are the shortest that name the single-precision number.
+fn sharpness(v: &Value) -> f64 {
+    f64::from(number(v) as f32)
+}
+
+fn point(v: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|i| number(&v[i]))
+}
+
+fn read(path: &Path) -> Shape {
+    let mut json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let mesh = &json["mesh"];
+    let rules = Rules {
+        boundary: match mesh["boundary"].as_str().unwrap() {
+            "none" => Boundary::None,
+            "edge-only" => Boundary::EdgeOnly,
+            _ => Boundary::EdgeAndCorner,
+        },
+        creasing: if mesh["creasing"] == "chaikin" { Creasing::Chaikin } else { Creasing::Uniform },
+        triangles: if mesh["triangles"] == "smooth" { Triangles::Smooth } else { Triangles::CatmullClark },
+        ..Rules::default()
+    };
+    let crease = |c: &Value| Crease::new(index(&c[0]), index(&c[1]), sharpness(&c[2]));
+    let tags = Tags {
+        creases: rows(&mesh["sharp_edges"]).iter().map(crease).collect(),
+        corners: rows(&mesh["sharp_vertices"]).iter().map(|c| Corner::new(index(&c[0]), sharpness(&c[1]))).collect(),
+        holes: indices(&mesh["holes"]),
+        rules,
+    };
+    let positions: Vec<[f64; 3]> = rows(&mesh["positions"]).iter().map(point).collect();
+    let (counts, corners) = (indices(&mesh["face_counts"]), indices(&mesh["corners"]));
+    Shape {
+        name: json["shape"].as_str().unwrap().to_owned(),
+        scheme: if json["scheme"] == "bilinear" { Scheme::Bilinear } else { Scheme::CatmullClark },
+        mesh: ControlMesh::from_counts(positions.len(), &counts, corners, tags).unwrap(),
+        positions,
+        levels: match json["levels"].take() {
+            Value::Array(levels) => levels,
+            other => panic!("levels: {other}"),
+        },
+    }
+}
+
+fn shapes() -> Vec<Shape> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/opensubdiv");
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "json"));
+    paths.sort();
+    let shapes: Vec<Shape> = paths.iter().map(|p| read(p)).collect();
+    assert!(shapes.len() >= 40, "only {} reference files", shapes.len());
+    shapes
+}
+
+/// 64-bit FNV-1a over the bytes of the words, low byte first.
+fn fnv1a(words: impl IntoIterator<Item = u32>) -> String {
+    let bytes = words.into_iter().flat_map(u32::to_le_bytes);
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325u64, |h, byte| (h ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+    format!("{hash:016x}")
+}
+
+/// A list must have the reference's length, first entries and hash.
+fn same_list(what: &str, ours: &[Vec<u32>], words: Vec<u32>, theirs: &Value) {
+    assert_eq!(ours.len() as u64, theirs["count"].as_u64().unwrap(), "{what}: how many");
+    for (i, (a, b)) in ours.iter().zip(rows(&theirs["first"])).enumerate() {
+        let b = b.as_u64().map_or_else(|| indices(b), |b| vec![b as u32]);
+        assert_eq!(*a, b, "{what} {i}");
+    }
+    assert_eq!(fnv1a(words), theirs["hash"].as_str().unwrap(), "{what}: an entry beyond those listed differs");
+}
+
+/// The elements of positive sharpness and their values. `slack` is what OpenSubdiv's single precision may add.
+fn same_sharpness(what: &str, ours: impl Iterator<Item = f64>, theirs: &Value, slack: f64) {
+    let ours: Vec<(u32, f64)> = (0..).zip(ours).filter(|&(_, s)| s > 0.0).collect();
+    assert_eq!(ours.len() as u64, theirs["count"].as_u64().unwrap(), "{what}: how many");
+    let first = rows(&theirs["first"]);
+    for (a, b) in ours.iter().zip(first) {
+        assert_eq!(a.0, index(&b[0]), "{what}: which");
+        // OpenSubdiv keeps a control mesh's values above 10, which mean the same as 10.
+        let theirs = sharpness(&b[1]).min(10.0);
+        assert!((a.1 - theirs).abs() <= slack, "{what} {}: {} and {theirs}", a.0, a.1);
+    }
+    if slack == 0.0 && first.len() < ours.len() {
+        let words = ours.iter().flat_map(|&(i, s)| [i, (s as f32).to_bits()]);
+        assert_eq!(fnv1a(words), theirs["hash"].as_str().unwrap(), "{what}: an entry beyond those listed differs");
+    }
+}
+
+fn flags(count: usize, flag: impl Fn(u32) -> bool) -> Vec<u32> {
+    (0..count as u32).filter(|&i| flag(i)).collect()
+}
+
+fn same_flags(what: &str, ours: Vec<u32>, theirs: &Value) {
+    let lists: Vec<Vec<u32>> = ours.iter().map(|&i| vec![i]).collect();
+    same_list(what, &lists, ours, theirs);
+}
+
+fn same_topology(name: &str, t: &Topology, theirs: &Value, depth: u32) {
+    let what = |kind: &str| format!("{name} level {depth}, {kind}");
+    t.check().unwrap_or_else(|e| panic!("{}: {e}", what("check")));
+    assert_eq!(t.vertex_count() as u64, theirs["vertices"].as_u64().unwrap(), "{}", what("vertices"));
+    let faces: Vec<Vec<u32>> = (0..t.face_count() as u32).map(|f| t.face_vertices(Face(f)).to_vec()).collect();
+    let words = faces.iter().flat_map(|f| std::iter::once(f.len() as u32).chain(f.iter().copied())).collect();
+    same_list(&what("face"), &faces, words, &theirs["faces"]);
+    let edges: Vec<Vec<u32>> =
+        (0..t.edge_count() as u32).map(|e| t.edge_vertices(Edge(e)).map(|v| v.0).to_vec()).collect();
+    same_list(&what("edge"), &edges, edges.concat(), &theirs["edges"]);
+    // Chaikin's averages of numbers up to 10 are formed in single precision there, once per level.
+    let slack = if t.rules().creasing == Creasing::Chaikin { 4e-6 } else { 0.0 };
+    let sharpness = (0..t.edge_count() as u32).map(|e| t.edge_sharpness(Edge(e)));
+    same_sharpness(&what("edge sharpness"), sharpness, &theirs["sharp_edges"], slack);
+    let sharpness = (0..t.vertex_count() as u32).map(|v| t.vertex_sharpness(Vertex(v)));
+    same_sharpness(&what("vertex sharpness"), sharpness, &theirs["sharp_vertices"], 0.0);
+    let holes = flags(t.face_count(), |f| t.is_hole(Face(f)));
+    same_flags(&what("hole"), holes, &theirs["holes"]);
+    let edges = flags(t.edge_count(), |e| t.is_non_manifold_edge(Edge(e)));
+    same_flags(&what("non-manifold edge"), edges, &theirs["non_manifold_edges"]);
+    let vertices = flags(t.vertex_count(), |v| t.is_non_manifold_vertex(Vertex(v)));
+    same_flags(&what("non-manifold vertex"), vertices, &theirs["non_manifold_vertices"]);
+}
+
+fn levels(shape: &Shape) -> Vec<Level> {
+    let mut levels = vec![Level::new(&shape.mesh, shape.scheme).unwrap()];
+    while levels.len() < shape.levels.len() {
+        levels.push(levels[levels.len() - 1].refine().unwrap());
+    }
+    levels
+}
+
+/// Diagonal of the box round the control points.
+fn diagonal(points: &[[f64; 3]]) -> f64 {
+    let extent = |k: usize| {
+        let of = |f: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(f).unwrap();
+        of(f64::max) - of(f64::min)
+    };
+    [0, 1, 2].map(extent).iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// True where a sharpness is no whole number: OpenSubdiv takes the weight of a rule that decays in single precision.
+fn has_fractions(t: &Topology) -> bool {
+    let edges = (0..t.edge_count() as u32).map(|e| t.edge_sharpness(Edge(e)));
+    edges.chain((0..t.vertex_count() as u32).map(|v| t.vertex_sharpness(Vertex(v)))).any(|s| s.fract() != 0.0)
+}
+
+#[test]
+fn connectivity_order_sharpness_and_flags_are_those_of_opensubdiv_on_levels_0_to_3() {
+    for shape in shapes() {
+        for (level, theirs) in levels(&shape).iter().zip(&shape.levels) {
+            same_topology(&shape.name, level.topology(), theirs, level.depth());
+        }
+    }
+}
+
+#[test]
+fn positions_are_those_of_opensubdiv_on_levels_1_to_3() {
+    let (mut worst, mut worst_fraction, mut worst_f32) = (0.0f64, 0.0f64, 0.0f64);
+    for shape in shapes() {
+        let size = diagonal(&shape.positions);
+        let mut points = shape.positions.clone();
+        let mut single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| x as f32)).collect();
+        let mut fractions = false;
+        for (level, theirs) in levels(&shape).iter().zip(&shape.levels[1..]) {
+            fractions |= has_fractions(level.topology());
+            points = level.refine_values(&points);
+            single = level.refine_values(&single);
+            // Plain sums in double precision: a few roundings a level. Fractions: a weight rounded to single precision,
+            // 6e-8 at most, times a difference of points.
+            let bound = if fractions { 2e-8 } else { 1e-12 };
+            let stride = theirs["position_stride"].as_u64().unwrap() as usize;
+            let expected = rows(&theirs["positions"]);
+            assert_eq!(expected.len(), points.len().div_ceil(stride));
+            for (v, p) in (0..).step_by(stride).zip(expected) {
+                let what = format!("{} level {} vertex {v}", shape.name, level.depth() + 1);
+                let error = apart(points[v], point(p)) / size;
+                assert!(error <= bound, "{what}: {error:e}");
+                // Control points and each level's results are rounded to single precision: 6e-8 of a coordinate each.
+                let error_f32 = apart(single[v].map(f64::from), point(p)) / size;
+                assert!(error_f32 <= 1e-6, "{what} in f32: {error_f32:e}");
+                let slot = if fractions { &mut worst_fraction } else { &mut worst };
+                *slot = slot.max(error);
+                worst_f32 = worst_f32.max(error_f32);
+            }
+        }
+    }
+    println!("worst: f64 {worst:.1e}, with fractions {worst_fraction:.1e}, f32 {worst_f32:.1e} of the box");
+}
