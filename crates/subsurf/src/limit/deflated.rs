@@ -10,8 +10,8 @@
 //! `R^m` is a product of at most eleven stored matrices `R^(2^k)`. There are no eigenvectors, Jordan blocks or
 //! tolerances; positions and first derivatives are accurate to rounding at every depth, because neither the constant
 //! part nor the factor `λ^m` ever mixes with the rest. Above [`DENSE_LIMIT`] points the powers are not stored: one
-//! sparse step costs `7 K`, so that `m` of them undercut a few dense products of `K²` until `m` is far beyond what
-//! `f64` parameters reach away from the origin.
+//! sparse step costs `7 K`, and `m` of them undercut a few dense products of `K²`; deep locations there go by the
+//! eigenbasis instead (see [`special`](super::special)).
 
 use super::rows::Rows;
 
@@ -51,6 +51,11 @@ impl DeflatedPowers {
             deflated.powers = Some(powers);
         }
         deflated
+    }
+
+    /// True where powers are stored, and a depth costs at most eleven products.
+    pub fn is_stored(&self) -> bool {
+        self.powers.is_some()
     }
 
     /// `row · R`.

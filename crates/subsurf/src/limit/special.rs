@@ -14,6 +14,7 @@ use super::jet::Derivatives;
 use super::local_step::LocalStep;
 use super::tangent;
 use crate::scheme::SplitKind;
+use std::sync::OnceLock;
 
 /// Which closed form of the powers of the local step is used.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -37,8 +38,15 @@ pub(crate) struct SpecialVertex {
     /// For second derivatives where the mode of eigenvalue 1/2 is linear and would drown them.
     second: Option<DeflatedPowers>,
     eigen: Option<EigenForm>,
+    /// Made at the first deep location, where powers are not stored.
+    deep: OnceLock<Option<EigenForm>>,
     tangents: tangent::Tangents,
 }
+
+/// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
+/// sparse steps. Larger: time; smaller: two dense matrices of `K²` for vertices that are only tessellated. Darts, pinned
+/// vertices and Loop vertices of more than 58 faces have no eigenbasis here and take one sparse step per level.
+const DEEP: u32 = 16;
 
 /// Weights over some points, for position, `u`, `v`, `uu`, `uv`, `vv`.
 #[derive(Clone, Debug, Default)]
@@ -70,16 +78,9 @@ impl SpecialVertex {
             let modes = std::iter::once(constant).chain(halves).collect();
             DeflatedPowers::new(&step.a, after_linear(corner), modes)
         });
-        let eigen = match method {
-            Method::Deflated => None,
-            Method::Eigenbasis if corner.split == SplitKind::Triangles => None,
-            Method::Eigenbasis => {
-                let (n, i) = (corner.n as usize, corner.i as usize);
-                EigenForm::new(corner.kind, n, i, &step.a.dense(), step.ring)
-            }
-        };
+        let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let tangents = tangent::Tangents::new(corner, &step);
-        Self { corner, step, limit, deflated, second, eigen, tangents }
+        Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents }
     }
 
     /// Number of canonical points.
@@ -142,7 +143,13 @@ impl SpecialVertex {
     /// `row · (A^m - constant)` up to the factor that is returned, times `2^m` per differentiation.
     fn power(&self, m: u32, times: i32, row: &mut Vec<f64>) -> f64 {
         let growth = 2f64.powi(times);
-        if let Some(eigen) = &self.eigen {
+        let deep = m > DEEP && !self.deflated.is_stored();
+        let eigen = if deep && self.eigen.is_none() {
+            self.deep.get_or_init(|| eigen_form(self.corner, &self.step)).as_ref()
+        } else {
+            self.eigen.as_ref()
+        };
+        if let Some(eigen) = eigen {
             eigen.apply(m, row, times == 2 && self.second.is_some());
             return (growth * eigen.scale()).powi(m as i32);
         }
@@ -181,6 +188,14 @@ impl SpecialVertex {
         };
         rows + powers + 8 * self.limit.len()
     }
+}
+
+/// The eigenbasis where there is one.
+fn eigen_form(corner: Corner, step: &LocalStep) -> Option<EigenForm> {
+    if corner.split == SplitKind::Triangles {
+        return None;
+    }
+    EigenForm::new(corner.kind, corner.n as usize, corner.i as usize, &step.a.dense(), step.ring)
 }
 
 /// The largest `m ≥ 0` with `big < 2^-m`, or 0 for `big = 1`.
@@ -223,6 +238,25 @@ fn after_linear(corner: Corner) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn weights_pass_from_sparse_steps_to_the_eigenbasis_without_a_seam() {
+        for (kind, n) in [(Kind::Smooth, 50), (Kind::Crease, 40), (Kind::Corner, 40)] {
+            let corner = Corner { split: SplitKind::Quads, kind, n, i: if kind == Kind::Smooth { 0 } else { 3 } };
+            let deflated = SpecialVertex::new(corner, Method::Deflated);
+            let eigen = SpecialVertex::new(corner, Method::Eigenbasis);
+            for m in [DEEP - 1, DEEP, DEEP + 1, 40] {
+                let (a, b) = (0.7 * 2f64.powi(-(m as i32)), 0.3 * 2f64.powi(-(m as i32)));
+                let (ours, theirs) = (deflated.weights(a, b, 3), eigen.weights(a, b, 3));
+                for (x, y) in ours.rows[..3].iter().zip(&theirs.rows) {
+                    let size = y.iter().fold(0.0, |s: f64, w| s.max(w.abs()));
+                    // Up to 16 sparse steps of K roundings each on one side.
+                    x.iter().zip(y).for_each(|(x, y)| assert!((x - y).abs() < 1e-12 * size, "{corner:?} depth {m}"));
+                }
+            }
+            assert!(deflated.deep.get().is_some());
+        }
+    }
 
     #[test]
     fn depth_is_exact_down_to_the_smallest_number() {
