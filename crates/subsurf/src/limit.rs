@@ -15,6 +15,7 @@ mod single_crease;
 mod special;
 mod tangent;
 mod triangle_points;
+mod turn;
 
 pub(crate) use bspline::cubic;
 pub(crate) use jet::unit_normal;

@@ -79,8 +79,7 @@ impl DeflatedPowers {
             return;
         };
         let k = row.len();
-        for (bit, power) in powers.iter().enumerate().filter(|(bit, _)| m >> bit & 1 == 1) {
-            let _ = bit;
+        for (_, power) in powers.iter().enumerate().filter(|(bit, _)| m >> bit & 1 == 1) {
             let mut out = vec![0.0; k];
             for (w, line) in row.iter().zip(power.chunks_exact(k)) {
                 if *w != 0.0 {

@@ -344,8 +344,7 @@ impl Topology {
     /// Exactly two non-manifold edges with equally many faces, no boundary, and every sheet runs from one to the other.
     fn non_manifold_creases(&self) -> std::collections::BTreeSet<u32> {
         let mut edges: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (e, flags) in self.edge_flags.iter().enumerate().filter(|(_, f)| f.non_manifold) {
-            let _ = flags;
+        for (e, _) in self.edge_flags.iter().enumerate().filter(|(_, f)| f.non_manifold) {
             self.edge_vertices[e].iter().for_each(|&v| edges.entry(v).or_default().push(e as u32));
         }
         edges.retain(|_, list| list.len() == 2 && list[0] != list[1]);
