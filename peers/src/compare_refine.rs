@@ -40,9 +40,12 @@ struct Difference {
     mismatches: Vec<String>,
 }
 
-/// All regression shapes of the schemes that are ours.
+/// Prefixes of the regression shapes: all schemes.
+const SCHEMES: [&str; 3] = ["catmark_", "bilinear_", "loop_"];
+
+/// All regression shapes.
 pub fn regression_shapes(models: &Path) -> Result<(), String> {
-    run(shapes(models, &["catmark_", "bilinear_"])?.into_iter(), LEVELS)
+    run(shapes(models, &SCHEMES)?.into_iter(), LEVELS)
 }
 
 /// Any files.
@@ -53,7 +56,7 @@ pub fn files(levels: u32, paths: &[&str]) -> Result<(), String> {
 
 /// `count` random meshes made from the small regression shapes.
 pub fn random(models: &Path, count: u64, first_seed: u64) -> Result<(), String> {
-    let mut models = shapes(models, &["catmark_", "bilinear_"])?;
+    let mut models = shapes(models, &SCHEMES)?;
     models.retain(|shape| shape.counts.len() < 100);
     run((first_seed..first_seed + count).map(|seed| random_shape(&models, seed)), 3)
 }
@@ -113,8 +116,11 @@ fn run(shapes: impl Iterator<Item = Shape>, levels: u32) -> Result<(), String> {
 fn first_extrapolation(levels: &[OsdLevel]) -> Option<usize> {
     (1..levels.len()).find(|&number| {
         let (parent, child) = (&levels[number - 1], &levels[number]);
-        let half_of = |&[new, _]: &[u32; 2]| match child.vertex_origins[new as usize] {
-            Origin::Edge(e) => parent.edge_sharpness[e as usize],
+        // Edges inside faces join an edge point with a face point or, under Loop, with another edge point.
+        let half_of = |edge: &[u32; 2]| match edge.map(|v| child.vertex_origins[v as usize]) {
+            [Origin::Edge(e), Origin::Vertex(_)] | [Origin::Vertex(_), Origin::Edge(e)] => {
+                parent.edge_sharpness[e as usize]
+            }
             _ => 0.0,
         };
         child.edges.iter().zip(&child.edge_sharpness).any(|(edge, &s)| s == 0.0 && half_of(edge) > 1.0)
@@ -132,7 +138,7 @@ fn refine(shape: &Shape, levels: u32) -> Result<Vec<LevelView>, String> {
     let scheme = match shape.scheme {
         Scheme::Bilinear => subsurf::Scheme::Bilinear,
         Scheme::CatmullClark => subsurf::Scheme::CatmullClark,
-        Scheme::Loop => return Err("Loop is not ours yet".to_string()),
+        Scheme::Loop => subsurf::Scheme::Loop,
     };
     let text = |e: subsurf::MeshError| e.to_string();
     let mesh =

@@ -1,5 +1,5 @@
 //! `peers dump-reference`: OpenSubdiv's refinement of the regression shapes as JSON files that tests of the core read
-//! without OpenSubdiv. One file a shape: the control mesh, then levels 0 to 3. A list of more than `LONGEST` entries
+//! without OpenSubdiv. One file a shape: the control mesh, then levels 0 to 3, under Loop 0 to 2. A list of more than `LONGEST` entries
 //! keeps its first `HEAD` ones; its length and the hash of all of it are always given.
 
 use crate::opensubdiv::{self, OsdLevel, VertexOrder};
@@ -9,6 +9,8 @@ use std::path::Path;
 use subsurf::{Boundary, Creasing, Triangles};
 
 pub const LEVELS: u32 = 3;
+/// Under Loop, where a level more shows nothing new.
+const LOOP_LEVELS: u32 = 2;
 const LONGEST: usize = 400;
 const HEAD: usize = 64;
 /// Most positions kept of a level.
@@ -17,7 +19,7 @@ const POSITIONS: usize = 300;
 pub fn run(models: &Path, out: &Path) -> Result<(), String> {
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let mut total = 0;
-    for shape in shapes(models, &["catmark_", "bilinear_"])? {
+    for shape in shapes(models, &["catmark_", "bilinear_", "loop_"])? {
         let text = reference(&shape)?;
         let path = out.join(format!("{}.json", shape.name));
         std::fs::write(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -29,7 +31,8 @@ pub fn run(models: &Path, out: &Path) -> Result<(), String> {
 }
 
 fn reference(shape: &Shape) -> Result<String, String> {
-    let levels = opensubdiv::refine(shape, LEVELS, VertexOrder::VerticesFirst)?;
+    let last = if shape.scheme == Scheme::Loop { LOOP_LEVELS } else { LEVELS };
+    let levels = opensubdiv::refine(shape, last, VertexOrder::VerticesFirst)?;
     let mut text = String::new();
     let scheme = match shape.scheme {
         Scheme::Bilinear => "bilinear",

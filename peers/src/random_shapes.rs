@@ -1,7 +1,7 @@
 //! Control meshes that nobody would model: a regression shape whose vertices are merged, whose faces are flipped,
 //! doubled, split or dropped, under random tags and rules. The same seed gives the same mesh.
 
-use crate::shape::Shape;
+use crate::shape::{Scheme, Shape};
 use subsurf::{Boundary, Corner, Crease, Creasing, Triangles};
 
 /// Splitmix64 (Steele, Lea, Flood 2014).
@@ -55,7 +55,7 @@ pub fn random_shape(models: &[Shape], seed: u64) -> Shape {
         faces.retain(|_| !r.one_in(8));
     }
     if spoil > 1 {
-        spoil_faces(&mut faces, shape.positions.len(), r);
+        spoil_faces(&mut faces, shape.positions.len(), shape.scheme == Scheme::Loop, r);
     }
     if faces.is_empty() {
         faces.push(vec![0, 1, 2]);
@@ -86,7 +86,7 @@ pub fn random_shape(models: &[Shape], seed: u64) -> Shape {
     shape
 }
 
-fn spoil_faces(faces: &mut Vec<Vec<u32>>, vertices: usize, r: &mut Random) {
+fn spoil_faces(faces: &mut Vec<Vec<u32>>, vertices: usize, keep_triangles: bool, r: &mut Random) {
     for _ in 0..r.below(4) {
         let (from, to) = (r.below(vertices) as u32, r.below(vertices) as u32);
         faces.iter_mut().flatten().filter(|v| **v == from).for_each(|v| *v = to);
@@ -100,7 +100,7 @@ fn spoil_faces(faces: &mut Vec<Vec<u32>>, vertices: usize, r: &mut Random) {
                 faces[f].truncate(3);
                 faces.push([&face[2..], &face[..1]].concat());
             }
-            3 => {
+            3 if !keep_triangles => {
                 let extra = r.below(vertices) as u32;
                 faces[f].push(extra);
             }

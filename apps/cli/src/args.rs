@@ -4,8 +4,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::ffi::OsString;
 use std::path::PathBuf;
-use subsurf::{Boundary, Creasing, FaceVarying, Method, Rules, Triangles};
-use subsurf_io::Scheme;
+use subsurf::{Boundary, Creasing, FaceVarying, Method, Rules, Scheme, Triangles};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -19,7 +18,7 @@ Control meshes are read from OBJ files with OpenSubdiv's tag lines; `-` reads OB
 `subsurf help VERB` shows a verb's options with examples. Exit status: 0 done, 1 the input is wrong or the work
 could not be done, 2 wrong usage.";
 
-/// Exact Catmull-Clark limit surfaces: as numbers, as meshes, as pictures.
+/// Exact limit surfaces of Catmull-Clark, Loop and bilinear subdivision: as numbers, as meshes, as pictures.
 #[derive(Parser, Debug)]
 #[command(name = "subsurf", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = 110)]
 pub struct Cli {
@@ -85,7 +84,7 @@ pub struct MeshArgs {
     /// Control mesh: an .obj file, or - for OBJ on standard input
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Subdivision scheme: catmull-clark, loop or bilinear [default: what the file says, else catmull-clark]
+    /// Subdivision scheme: catmull-clark, loop (triangles only) or bilinear [default: what the file says, else catmull-clark]
     #[arg(long, value_parser = one_of(SCHEMES), hide_possible_values = true, help_heading = "Interpretation")]
     pub scheme: Option<Scheme>,
     /// Rules for what the file leaves open: usd, opensubdiv or blender [default: usd]

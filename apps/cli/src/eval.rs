@@ -30,7 +30,8 @@ Examples:
   subsurf eval spot.obj --at - -o - < at.csv                            through pipes
 
 A place is a face (from 0), a sub-face (0 for quads, the corner for other faces) and u, v from 0 to 1. In a quad, u runs
-along the first edge from the first corner and v along the last; in a sub-face, (0,0) is the corner and (1,1) the centre.
+along the first edge from the first corner and v along the last; in a sub-face, (0,0) is the corner and (1,1) the centre. Under Loop every face is
+a triangle with u + v up to 1: (0,0), (1,0) and (0,1) are its corners.
 At extraordinary vertices derivatives may vanish or diverge, as the column `derivatives` says; du and dv are then
 directions. The normal is empty where the surface has none, curvature where it is unbounded.";
 

@@ -28,8 +28,6 @@ pub enum Failure {
     Render { name: String, source: RenderError },
     #[error(transparent)]
     Table(#[from] TableError),
-    #[error("the Loop scheme is not available yet; use --scheme catmull-clark or bilinear")]
-    LoopScheme,
     #[error("this build has no GPU support yet; leave out --device gpu")]
     Gpu,
     #[error("{name}: reading {format} files is not supported yet; convert it to .obj")]

@@ -2,7 +2,7 @@
 
 mod census;
 
-use crate::args::{BOUNDARIES, CREASINGS, Common, FACE_VARYINGS, MeshArgs, TRIANGLES, TriangleRule, word};
+use crate::args::{BOUNDARIES, CREASINGS, Common, FACE_VARYINGS, MeshArgs, SCHEMES, TRIANGLES, TriangleRule, word};
 use crate::console::{Console, heading, print, print_json};
 use crate::failure::{Bytes, Failure};
 use crate::input::Input;
@@ -39,7 +39,7 @@ pub fn run(args: &InfoArgs, common: &Common, console: &Console) -> Result<(), Fa
     let facts = Facts {
         name: &input.name,
         scheme: input.scheme,
-        census: Census::new(&input.scene, table.topology()),
+        census: Census::new(&input.scene, table.topology(), input.scheme),
         rules: *table.topology().rules(),
         size: table.size(),
     };
@@ -60,7 +60,7 @@ pub type Histogram = BTreeMap<usize, usize>;
 
 impl Facts<'_> {
     fn scheme(&self) -> &'static str {
-        if self.scheme == Scheme::Bilinear { "bilinear" } else { "catmull-clark" }
+        word(SCHEMES, self.scheme)
     }
 
     fn table_bytes(&self) -> usize {
@@ -126,7 +126,11 @@ impl Facts<'_> {
         page.section("Valence");
         page.line("interior", &histogram(&c.interior));
         page.line("boundary", &histogram(&c.boundary));
-        page.row("extraordinary", c.extraordinary, "not 4 inside, not 3 on the boundary (or 2 at a corner)");
+        let ordinary = match self.scheme {
+            Scheme::Loop => "not 6 inside, not 4 on the boundary (or 2 at a corner)",
+            _ => "not 4 inside, not 3 on the boundary (or 2 at a corner)",
+        };
+        page.row("extraordinary", c.extraordinary, ordinary);
         page.section("Tags");
         page.row("creases", c.creases.count, &c.creases.describe());
         page.row("corners", c.corners.count, &c.corners.describe());
@@ -158,7 +162,8 @@ impl Facts<'_> {
             page.row("degenerate", c.degenerate_edges, "edges with equal ends");
         }
         page.section("Patch table");
-        page.row("patches", size.patches, &format!("{} of them one bicubic patch", size.regular_patches));
+        let regular = if self.scheme == Scheme::Loop { "quartic" } else { "bicubic" };
+        page.row("patches", size.patches, &format!("{} of them one {regular} patch", size.regular_patches));
         page.row("plans", size.plans, &format!("distinct, for {} kinds of special vertices", size.special_vertices));
         page.line(
             "memory",

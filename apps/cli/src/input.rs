@@ -5,7 +5,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use std::io;
 use std::path::Path;
-use subsurf::{MeshError, Method, PatchTable, Real, Topology, Triangles};
+use subsurf::{MeshError, Method, PatchTable, Real, Scheme, Topology, Triangles};
 use subsurf_io::{ReadError, ReadOptions, Scene, read, read_obj};
 
 /// A file's mesh under the rules in force.
@@ -13,15 +13,12 @@ pub struct Input {
     /// The file as messages call it.
     pub name: String,
     pub scene: Scene,
-    pub scheme: subsurf::Scheme,
+    pub scheme: Scheme,
 }
 
 impl Input {
     /// Reads the mesh; rules that are given as arguments win over the file's.
     pub fn load(args: &MeshArgs, triangles: Option<Triangles>, console: &Console) -> Result<Self, Failure> {
-        if args.scheme == Some(subsurf_io::Scheme::Loop) {
-            return Err(Failure::LoopScheme);
-        }
         let options = ReadOptions { rules: args.preset.unwrap_or(Preset::Usd).rules() };
         let (name, mut scene) = if args.file.as_os_str() == "-" {
             let name = "standard input".to_owned();
@@ -31,11 +28,7 @@ impl Input {
             check_format(&args.file)?;
             (args.file.display().to_string(), read(&args.file, &options)?)
         };
-        let scheme = match args.scheme.or(scene.scheme) {
-            Some(subsurf_io::Scheme::Loop) => return Err(Failure::LoopScheme),
-            Some(subsurf_io::Scheme::Bilinear) => subsurf::Scheme::Bilinear,
-            Some(subsurf_io::Scheme::CatmullClark) | None => subsurf::Scheme::CatmullClark,
-        };
+        let scheme = args.scheme.or(scene.scheme).unwrap_or_default();
         let mut rules = scene.mesh.tags().rules;
         rules.boundary = args.boundary.unwrap_or(rules.boundary);
         rules.creasing = args.creasing.unwrap_or(rules.creasing);

@@ -12,7 +12,7 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use subsurf::{Level, MAX_COUNT, MeshError, Method, Topology};
+use subsurf::{Level, MAX_COUNT, MeshError, Method, Scheme, Topology};
 use subsurf_io::{FaceSizes, OutputMesh};
 
 const EXAMPLES: &str = "\
@@ -21,7 +21,8 @@ Examples:
   subsurf refine cube.obj -l 3 --limit -o cube3.ply    the same vertices on the limit surface
   cat cube.obj | subsurf refine - -l 1 -o - | less     through pipes
 
-Vertices come in OpenSubdiv's default order: those of the parent's vertices, then of its faces, then of its edges.
+Vertices come in OpenSubdiv's default order: those of the parent's vertices, then of its faces (not under Loop),
+then of its edges.
 Refining the output of `refine` again continues the same surface. Only OBJ files keep tags.";
 
 /// Subdivide level by level, keeping creases, corners and holes
@@ -65,7 +66,7 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     let points = input.positions::<T>()?;
     let control = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;
     input.warn_about(control.topology(), console);
-    let counts = Counts::of(control.topology()).refined(args.level);
+    let counts = Counts::of(control.topology()).refined(args.level, input.scheme);
     let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
     memory::check(&input.name, format!("level {}", args.level), counts.bytes(size_of::<T>()))?;
     if input.scene.texture.is_some() {
@@ -130,13 +131,14 @@ impl Counts {
     }
 
     /// `levels` steps on; refused at the level where 32-bit indices overflow.
-    fn refined(mut self, levels: u32) -> Result<Self, (u32, MeshError)> {
+    fn refined(mut self, levels: u32, scheme: Scheme) -> Result<Self, (u32, MeshError)> {
         for level in 1..=levels {
             let Self { vertices, edges, faces, corners } = self;
+            let (face_points, children) = if scheme == Scheme::Loop { (0, 4 * faces) } else { (faces, corners) };
             self = Self {
-                vertices: vertices + faces + edges,
+                vertices: vertices + face_points + edges,
                 edges: 2 * edges + corners,
-                faces: corners,
+                faces: children,
                 corners: 4 * corners,
             };
             for (what, count) in [("vertices", self.vertices), ("corners", self.corners), ("edges", self.edges)] {
@@ -159,16 +161,18 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use subsurf::{Scheme, shapes};
+    use subsurf::shapes;
 
     #[test]
     fn counts_of_a_level_are_known_before_it_is_made() {
-        for shape in shapes::all() {
-            let mut level = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let quads = shapes::all().into_iter().map(|shape| (shape, Scheme::CatmullClark));
+        let triangles = shapes::all_triangles().into_iter().map(|shape| (shape, Scheme::Loop));
+        for (shape, scheme) in quads.chain(triangles) {
+            let mut level = Level::new(&shape.mesh, scheme).unwrap();
             let control = Counts::of(level.topology());
             for n in 1..4 {
                 level = level.refine().unwrap();
-                assert_eq!(control.refined(n).unwrap(), Counts::of(level.topology()), "{}", shape.name);
+                assert_eq!(control.refined(n, scheme).unwrap(), Counts::of(level.topology()), "{}", shape.name);
             }
         }
     }
@@ -176,7 +180,7 @@ mod tests {
     #[test]
     fn a_level_beyond_32_bits_is_refused_at_once() {
         let cube = Level::new(&shapes::cube().mesh, Scheme::CatmullClark).unwrap();
-        let error = Counts::of(cube.topology()).refined(u32::MAX).unwrap_err();
+        let error = Counts::of(cube.topology()).refined(u32::MAX, Scheme::CatmullClark).unwrap_err();
         assert!(matches!(error, (14, MeshError::TooLarge { what: "corners", .. })), "{error:?}");
     }
 }

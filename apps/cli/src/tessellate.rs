@@ -11,7 +11,7 @@ use clap::{ArgAction, ArgGroup, Args};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use subsurf::{Facets, Rates, TessellateOptions, Topology, Triangles};
+use subsurf::{Face, Facets, PatchTable, Rates, Scheme, TessellateOptions, Triangles};
 use subsurf_io::{Attribute, FaceSizes, OutputMesh};
 
 const EXAMPLES: &str = "\
@@ -22,7 +22,7 @@ Examples:
   subsurf tessellate box.obj -r 4 --triangles smooth -o b.ply   quads, with smoother weights at triangles
 
 Vertices are shared, so that the mesh is watertight. Along infinitely sharp creases every side has normals of its own;
-OBJ files keep positions shared there, PLY and GLB files repeat them.";
+OBJ files keep positions shared there, PLY and GLB files repeat them. Under Loop all facets are triangles.";
 
 /// What bare `--triangles` stands for among the words of the rule.
 const FACETS: &str = "facets";
@@ -33,7 +33,7 @@ const FACETS: &str = "facets";
 pub struct TessellateArgs {
     #[command(flatten)]
     mesh: MeshArgs,
-    /// Facets along each side of a quad face
+    /// Facets along each side of a quad face (of a triangle under Loop)
     #[arg(short, long, value_name = "N", group = "rates")]
     rate: Option<u32>,
     /// Largest distance of facets from the surface, in model units
@@ -45,7 +45,7 @@ pub struct TessellateArgs {
     /// Where to write: .obj, .ply or .glb, or - for OBJ on standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Facets with four corners (the default; triangles only where rates meet)
+    /// Facets with four corners (the default; triangles only where rates meet, and under Loop)
     #[arg(long)]
     quads: bool,
     /// Alone: facets with three corners. With catmull-clark or smooth: weights at triangles, over the file's
@@ -137,8 +137,8 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
             .warn(&format_args!("{}: texture coordinates cannot be tessellated yet; the output has none", input.name));
     }
     if let Rates::Uniform(rate) = options.rates {
-        memory::check(&input.name, format!("rate {rate}"), uniform_bytes(table.topology(), rate, size_of::<T>()))?;
-        if rate % 2 == 1 && has_other_faces(table.topology()) {
+        memory::check(&input.name, format!("rate {rate}"), uniform_bytes(&table, rate, size_of::<T>()))?;
+        if rate % 2 == 1 && has_subfaces(&table) {
             console.note(&format_args!("rate {rate} is rounded up to {}: some faces are no quads", rate + 1));
         }
     }
@@ -170,15 +170,18 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
     Ok(())
 }
 
-/// Whether some face is no quad.
-fn has_other_faces(t: &Topology) -> bool {
-    t.face_offsets().windows(2).any(|w| w[1] - w[0] != 4)
+/// Whether some face is tessellated through sub-faces.
+fn has_subfaces(table: &PatchTable) -> bool {
+    (0..table.topology().face_count()).any(|f| table.subfaces(Face::new(f)) > 1)
 }
 
-/// Memory of a uniform tessellation, roughly: every facet has four corners with two indices, and about one point with
-/// a normal.
-fn uniform_bytes(t: &Topology, rate: u32, size_of_number: usize) -> u64 {
-    let quads = t.half_edge_count() as u64 / 4;
-    let facets = quads.saturating_mul(u64::from(rate).saturating_mul(u64::from(rate)));
-    facets.saturating_mul(4 * 8 + 6 * size_of_number as u64)
+/// Memory of a uniform tessellation, roughly: every quad has four corners with two indices, and about one point with
+/// a normal. A triangle has three corners and half a point.
+fn uniform_bytes(table: &PatchTable, rate: u32, size_of_number: usize) -> u64 {
+    let half_edges = table.topology().half_edge_count() as u64;
+    let (patches, bytes) = match table.scheme() {
+        Scheme::Loop => (half_edges / 3, 3 * 8 + 3 * size_of_number as u64),
+        _ => (half_edges / 4, 4 * 8 + 6 * size_of_number as u64),
+    };
+    patches.saturating_mul(u64::from(rate).saturating_mul(u64::from(rate))).saturating_mul(bytes)
 }

@@ -48,6 +48,7 @@ pub use obj_write::write_obj;
 pub use output::{Attribute, FaceSizes, OutputError, OutputMesh, Real};
 pub use ply::write_ply;
 pub use read_error::{LineError, ReadError};
-pub use scene::{Channel, FileRules, ReadOptions, Scene, Scheme, Warning, WarningKind};
+pub use scene::{Channel, FileRules, ReadOptions, Scene, Warning, WarningKind};
 pub use source_lines::SourceLines;
+pub use subsurf::Scheme;
 pub use write_error::{EncodeError, WriteError};

@@ -4,7 +4,7 @@
 use crate::output::{Attribute, FaceSizes, OutputMesh};
 use crate::source_lines::SourceLines;
 use std::fmt;
-use subsurf::{Boundary, ControlMesh, Creasing, FaceVarying, Rules, Triangles};
+use subsurf::{Boundary, ControlMesh, Creasing, FaceVarying, Rules, Scheme, Triangles};
 
 /// One mesh of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,17 +54,6 @@ impl<const N: usize> Channel<N> {
     fn attribute(&self) -> Attribute<'_, f64, N> {
         Attribute { values: &self.values, indices: Some(&self.indices) }
     }
-}
-
-/// Subdivision schemes that files name.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Scheme {
-    /// Catmull and Clark 1978.
-    CatmullClark,
-    /// Loop 1987.
-    Loop,
-    /// Faces are split, positions stay on the faces.
-    Bilinear,
 }
 
 /// How to read.

@@ -58,7 +58,9 @@ impl SourceLines {
     /// The line that holds the face or tag an error names.
     pub fn of_error(&self, error: &MeshError) -> Option<u32> {
         match *error {
-            MeshError::FaceTooSmall { face, .. } | MeshError::VertexOutOfRange { face, .. } => self.face(face),
+            MeshError::FaceTooSmall { face, .. }
+            | MeshError::VertexOutOfRange { face, .. }
+            | MeshError::NotATriangle { face, .. } => self.face(face),
             MeshError::CreaseNotOnEdge { crease, .. } => self.crease(crease),
             MeshError::CornerOutOfRange { corner, .. } => self.corner(corner),
             MeshError::HoleOutOfRange { hole, .. } => self.hole(hole),
@@ -82,6 +84,13 @@ mod tests {
         assert_eq!(found, given);
         assert_eq!(lines.face_runs.len(), 3);
         assert_eq!(lines.face(6), None);
+    }
+
+    #[test]
+    fn a_face_that_loop_cannot_take_finds_its_line() {
+        let mut lines = SourceLines::default();
+        [5, 9].iter().for_each(|&line| lines.push_face(line));
+        assert_eq!(lines.of_error(&MeshError::NotATriangle { face: 1, sides: 4 }), Some(9));
     }
 
     #[test]

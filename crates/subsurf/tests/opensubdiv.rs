@@ -65,7 +65,11 @@ fn read(path: &Path) -> Shape {
     let (counts, corners) = (indices(&mesh["face_counts"]), indices(&mesh["corners"]));
     Shape {
         name: json["shape"].as_str().unwrap().to_owned(),
-        scheme: if json["scheme"] == "bilinear" { Scheme::Bilinear } else { Scheme::CatmullClark },
+        scheme: match json["scheme"].as_str().unwrap() {
+            "bilinear" => Scheme::Bilinear,
+            "loop" => Scheme::Loop,
+            _ => Scheme::CatmullClark,
+        },
         mesh: ControlMesh::from_counts(positions.len(), &counts, corners, tags).unwrap(),
         positions,
         levels: match json["levels"].take() {
@@ -81,7 +85,7 @@ fn shapes() -> Vec<Shape> {
     paths.retain(|p| p.extension().is_some_and(|e| e == "json"));
     paths.sort();
     let shapes: Vec<Shape> = paths.iter().map(|p| read(p)).collect();
-    assert!(shapes.len() >= 40, "only {} reference files", shapes.len());
+    assert!(shapes.len() >= 60, "only {} reference files", shapes.len());
     shapes
 }
 

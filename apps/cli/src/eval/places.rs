@@ -4,7 +4,7 @@ use super::table_error::{RowError, TableError, quoted};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
-use subsurf::{Face, Location, PatchTable};
+use subsurf::{Face, Location, PatchTable, Scheme};
 
 /// Bytes read at a time, and the longest line. Larger costs memory (the result of a block takes about ten times as
 /// much), smaller keeps threads waiting for each other.
@@ -171,6 +171,10 @@ impl Header {
         let subfaces = table.subfaces(Face(face));
         if subface >= subfaces {
             return Err(RowError::NoSubface { face, subface, subfaces });
+        }
+        // As far beyond the third side as two rounded numbers may lie, and the surface takes.
+        if table.scheme() == Scheme::Loop && u + v > 1.0 + 4.0 * f64::EPSILON {
+            return Err(RowError::BeyondTriangle { sum: u + v });
         }
         Ok(Location { face: Face(face), subface, u, v })
     }

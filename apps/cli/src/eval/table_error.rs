@@ -34,6 +34,8 @@ pub enum RowError {
     BadIndex { name: &'static str, word: String },
     #[error("{name} is `{word}`; give a number from 0 to 1")]
     BadParameter { name: &'static str, word: String },
+    #[error("u + v is {sum}; in a triangle it is at most 1")]
+    BeyondTriangle { sum: f64 },
     #[error("there is no face {face}; the mesh has {faces}, counted from 0")]
     NoFace { face: u32, faces: usize },
     #[error("face {face} has no sub-face {subface}; it has {subfaces}, counted from 0")]

@@ -2,7 +2,7 @@
 
 use super::Histogram;
 use crate::oddities::{EdgeFault, edge_faults};
-use subsurf::{Edge, Face, HalfEdge, INFINITE_SHARPNESS, Topology, Vertex};
+use subsurf::{Edge, Face, HalfEdge, INFINITE_SHARPNESS, Scheme, Topology, Vertex};
 use subsurf_io::{Channel, Scene};
 
 /// Counts.
@@ -75,7 +75,7 @@ pub struct TextureCensus {
 }
 
 impl Census {
-    pub fn new(scene: &Scene, t: &Topology) -> Self {
+    pub fn new(scene: &Scene, t: &Topology, scheme: Scheme) -> Self {
         let faults = edge_faults(t);
         let fault_count = |kind| faults.iter().filter(|fault| fault.1 == kind).count();
         let used = used_vertices(t);
@@ -109,11 +109,12 @@ impl Census {
             bounds: bounds(&scene.positions),
         };
         faces(t).for_each(|f| *census.sides.entry(t.sides(f)).or_default() += 1);
-        census.count_valences(t, &used);
+        census.count_valences(t, scheme, &used);
         census
     }
 
-    fn count_valences(&mut self, t: &Topology, used: &[bool]) {
+    fn count_valences(&mut self, t: &Topology, scheme: Scheme, used: &[bool]) {
+        let ordinary = if scheme == Scheme::Loop { [[6, 6], [4, 2]] } else { [[4, 4], [3, 2]] };
         let mut valence = vec![0usize; t.vertex_count()];
         let mut on_boundary = vec![false; t.vertex_count()];
         let mut left_out = vec![false; t.vertex_count()];
@@ -125,10 +126,9 @@ impl Census {
             }
         }
         for v in (0..t.vertex_count()).filter(|&v| used[v] && !left_out[v]) {
-            let (histogram, ordinary) =
-                if on_boundary[v] { (&mut self.boundary, 2..=3) } else { (&mut self.interior, 4..=4) };
+            let histogram = if on_boundary[v] { &mut self.boundary } else { &mut self.interior };
             *histogram.entry(valence[v]).or_default() += 1;
-            self.extraordinary += usize::from(!ordinary.contains(&valence[v]));
+            self.extraordinary += usize::from(!ordinary[usize::from(on_boundary[v])].contains(&valence[v]));
         }
     }
 }

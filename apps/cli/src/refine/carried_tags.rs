@@ -59,10 +59,12 @@ mod tests {
         // edges with equal ends each, neither of which tags can say.
         let is_sayable =
             |shape: &shapes::Shape| !["winding", "degenerate"].iter().any(|odd| shape.name.starts_with(odd));
-        for shape in shapes::all().into_iter().chain(shapes::tagged()).filter(is_sayable) {
+        let quads = shapes::all().into_iter().chain(shapes::tagged()).map(|shape| (shape, Scheme::CatmullClark));
+        let triangles = shapes::all_triangles().into_iter().map(|shape| (shape, Scheme::Loop));
+        for (shape, scheme) in quads.chain(triangles).filter(|(shape, _)| is_sayable(shape)) {
             for boundary in [Boundary::None, Boundary::EdgeOnly, Boundary::EdgeAndCorner] {
                 let rules = Rules { boundary, ..shape.mesh.tags().rules };
-                let mut level = Level::new(&shape.mesh.clone().with_rules(rules), Scheme::CatmullClark).unwrap();
+                let mut level = Level::new(&shape.mesh.clone().with_rules(rules), scheme).unwrap();
                 for depth in 0..3 {
                     let t = level.topology();
                     let sizes: Vec<u32> = t.face_offsets().windows(2).map(|w| w[1] - w[0]).collect();

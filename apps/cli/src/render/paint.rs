@@ -1,7 +1,7 @@
 //! Normals and colours of the limit surface, exact at every sample.
 
 use rayon::prelude::*;
-use subsurf::{Face, LimitSurface, Location, PatchKind};
+use subsurf::{Face, LimitSurface, Location, PatchKind, Scheme};
 use subsurf_render::{Legend, RenderMesh, Show, SurfaceAt, SurfacePoint, SurfaceShader, palette};
 
 /// What the renderer asks.
@@ -42,6 +42,13 @@ impl<'a> Painter<'a> {
         Some(Legend { entries })
     }
 
+    /// Parameters within the face, which interpolation between corners may leave by a rounding.
+    fn inside(&self, u: f64, v: f64) -> [f64; 2] {
+        let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+        let beyond = if self.surface.table().scheme() == Scheme::Loop { (u + v).max(1.0) } else { 1.0 };
+        [u / beyond, v / beyond]
+    }
+
     fn patch(&self, face: u32, subface: u32, u: f64, v: f64) -> Option<(PatchKind, u32)> {
         let table = self.surface.table();
         table.patch_kind(table.patch(Face(face), subface), u, v)
@@ -50,8 +57,7 @@ impl<'a> Painter<'a> {
 
 impl SurfaceShader for Painter<'_> {
     fn normal(&self, at: &SurfaceAt) -> Option<[f64; 3]> {
-        // Interpolation between corners may leave the unit square by a rounding.
-        let (u, v) = (at.u.clamp(0.0, 1.0), at.v.clamp(0.0, 1.0));
+        let [u, v] = self.inside(at.u, at.v);
         self.surface.eval(Location { face: Face(at.face), subface: at.subface, u, v })?.normal()
     }
 
@@ -60,7 +66,8 @@ impl SurfaceShader for Painter<'_> {
             return palette::clay();
         }
         let SurfaceAt { face, subface, u, v, .. } = point.at;
-        let Some((kind, level)) = self.patch(face, subface, u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)) else {
+        let [u, v] = self.inside(u, v);
+        let Some((kind, level)) = self.patch(face, subface, u, v) else {
             return palette::clay();
         };
         if self.show == Show::Levels {

@@ -1,6 +1,6 @@
 //! How finely to tessellate for a picture.
 
-use subsurf::{Edge, PatchTable};
+use subsurf::{Edge, PatchTable, Scheme};
 use subsurf_render::{Camera, View};
 
 /// Longest side of a facet in the picture. Larger shows corners in outlines, smaller only costs time (normals are exact
@@ -22,8 +22,9 @@ pub fn for_picture(table: &PatchTable, points: &[[f32; 3]], camera: Camera, size
         .collect();
     let at = ((lengths.len() as f64 * SHARE) as usize).min(lengths.len().saturating_sub(1));
     let length = *lengths.select_nth_unstable_by(at, f64::total_cmp).1;
-    // A face of n sides has the facets of n/4 quads, two triangles each.
-    let most = (MOST_TRIANGLES / (t.half_edge_count() as f64 / 2.0)).sqrt();
+    // A face of n sides has the facets of n/4 quads, two triangles each; under Loop those of one triangle.
+    let share = if table.scheme() == Scheme::Loop { 3.0 } else { 2.0 };
+    let most = (MOST_TRIANGLES * share / t.half_edge_count() as f64).sqrt();
     (length / FACET_PX).min(most).ceil().max(2.0) as u32
 }
 

@@ -2,6 +2,7 @@
 
 mod eval;
 mod info;
+mod loop_scheme;
 mod models;
 mod program;
 mod refine;

