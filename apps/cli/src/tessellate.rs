@@ -22,7 +22,8 @@ Examples:
   subsurf tessellate box.obj -r 4 --triangles smooth -o b.ply   quads, with smoother weights at triangles
 
 Vertices are shared, so that the mesh is watertight. Along infinitely sharp creases every side has normals of its own;
-OBJ files keep positions shared there, PLY and GLB files repeat them.";
+OBJ files keep positions shared there, PLY and GLB files repeat them. --tolerance and --edge-length cut no face finer
+than 512 facets along a side.";
 
 /// What bare `--triangles` stands for among the words of the rule.
 const FACETS: &str = "facets";
