@@ -38,7 +38,9 @@ pub enum Failure {
     TableName { name: String },
     #[error("{name}: vertex {vertex} at {position:?} does not fit into 32-bit numbers; use --precision f64")]
     Precision { name: String, vertex: usize, position: [f64; 3] },
-    #[error("{name}: every face is a hole, so the surface is empty; try --boundary edge-and-corner")]
+    #[error(
+        "{name}: every face is a hole, so the surface is empty; take hole tags out, or try --boundary edge-and-corner"
+    )]
     OnlyHoles { name: String },
     #[error("{name}: {what} needs about {needed}, but {available} of memory are available; ask for less")]
     Memory { name: String, what: String, needed: Bytes, available: Bytes },

@@ -22,7 +22,8 @@ Examples:
   subsurf tessellate box.obj -r 4 --triangles smooth -o b.ply   quads, with smoother weights at triangles
 
 Vertices are shared, so that the mesh is watertight. Along infinitely sharp creases every side has normals of its own;
-OBJ files keep positions shared there, PLY and GLB files repeat them. Under Loop all facets are triangles.";
+OBJ files keep positions shared there, PLY and GLB files repeat them. --tolerance and --edge-length that need more than
+512 facets along a side of a face are refused. Under Loop all facets are triangles.";
 
 /// What bare `--triangles` stands for among the words of the rule.
 const FACETS: &str = "facets";

@@ -23,8 +23,8 @@ pub enum Rates {
     /// Every quad becomes `rate × rate` facets. Faces that are no quads are tessellated through their sub-faces, at half
     /// the rate; an odd rate is rounded up to even where the mesh has such faces.
     Uniform(u32),
-    /// As coarse as possible with every facet within this distance of the surface, in model units, measured at the
-    /// middle of facets and their sides. Never finer than [`FINEST`] per side.
+    /// As coarse as possible with every facet within this distance of the surface, in model units, measured at
+    /// points of facets and their sides. Never finer than [`FINEST`] per side, even where that is not within it.
     Tolerance(f64),
     /// Facet sides of at most this length along the surface, in model units. Never finer than [`FINEST`] per side.
     EdgeLength(f64),
@@ -97,7 +97,7 @@ pub enum TessellateError {
     #[error("the tessellation rate is 0; use at least 1")]
     ZeroRate,
     /// A tolerance or length that is no positive number.
-    #[error("a {what} of {value} makes no sense; use a positive number")]
+    #[error("the {what} is {value}; use a positive number")]
     NotPositive {
         /// "tolerance" or "edge length".
         what: &'static str,
