@@ -17,7 +17,7 @@ pub fn check(name: &str, what: impl Into<String>, needed: u64) -> Result<(), Fai
 }
 
 /// What Linux says can be had without swapping, within the limit of the control group that the program runs in.
-fn available() -> Option<u64> {
+pub fn available() -> Option<u64> {
     let free = free_in_machine(&fs::read_to_string("/proc/meminfo").ok()?)?;
     Some(free_in_group().map_or(free, |group| free.min(group)))
 }

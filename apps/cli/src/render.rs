@@ -134,8 +134,13 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     }
     let surface = table.surface(&points);
     let rate = rate::for_picture(&table, &points, camera, args.size);
-    let options =
-        TessellateOptions { rates: Rates::Uniform(rate), facets: Facets::Triangles, normals: false, places: true };
+    let options = TessellateOptions {
+        rates: Rates::Uniform(rate),
+        facets: Facets::Triangles,
+        normals: false,
+        places: true,
+        ..TessellateOptions::default()
+    };
     let tessellated = surface.tessellate(&options);
     let tessellated = tessellated.map_err(|source| Failure::Tessellate { name: input.name.clone(), source })?;
     let mesh = render_mesh(tessellated);

@@ -112,7 +112,13 @@ pub fn run(args: &TessellateArgs, common: &Common, console: &Console) -> Result<
     let output = Output::new(&args.output, common)?;
     output.check_mesh()?;
     let input = Input::load(&args.mesh, args.rule(), console)?;
-    let options = TessellateOptions { rates: args.rates(), facets, normals: true, places: false };
+    let mut options =
+        TessellateOptions { rates: args.rates(), facets, normals: true, places: false, ..TessellateOptions::default() };
+    // A point with its normal, and four corners with two indices each.
+    let size = if common.precision == Some(Precision::F64) { 8 } else { 4 };
+    if let Some(available) = memory::available() {
+        options.most_points = options.most_points.min(available / (6 * size + 32));
+    }
     match common.precision {
         Some(Precision::F64) => tessellate::<f64>(args, &options, common, &input, &output, console),
         Some(Precision::F32) | None => tessellate::<f32>(args, &options, common, &input, &output, console),

@@ -24,9 +24,9 @@ pub enum Rates {
     /// the rate; an odd rate is rounded up to even where the mesh has such faces.
     Uniform(u32),
     /// As coarse as possible with every facet within this distance of the surface, in model units, measured at
-    /// points of facets and their sides. Never finer than [`FINEST`] per side, even where that is not within it.
+    /// points of facets and their sides. More than [`FINEST`] per side is an error.
     Tolerance(f64),
-    /// Facet sides of at most this length along the surface, in model units. Never finer than [`FINEST`] per side.
+    /// Facet sides of at most this length along the surface, in model units. More than [`FINEST`] per side is an error.
     EdgeLength(f64),
 }
 
@@ -54,11 +54,19 @@ pub struct TessellateOptions {
     pub normals: bool,
     /// Whether to say of every facet which part of which face it is.
     pub places: bool,
+    /// Most points to produce; more are an error before any is made.
+    pub most_points: u64,
 }
 
 impl Default for TessellateOptions {
     fn default() -> Self {
-        Self { rates: Rates::Uniform(8), facets: Facets::Quads, normals: true, places: false }
+        Self {
+            rates: Rates::Uniform(8),
+            facets: Facets::Quads,
+            normals: true,
+            places: false,
+            most_points: MAX_COUNT as u64,
+        }
     }
 }
 
@@ -104,8 +112,16 @@ pub enum TessellateError {
         /// What was given.
         value: f64,
     },
+    /// A goal that some face does not reach with [`FINEST`] facets along a side.
+    #[error("the {what} of {value} needs more than {FINEST} facets along a side of a face; use a larger one")]
+    TooFine {
+        /// "tolerance" or "edge length".
+        what: &'static str,
+        /// What was given.
+        value: f64,
+    },
     /// More points or facet corners than 32-bit indices can name.
-    #[error("the tessellation would have {count} {what}; at most {limit} are supported: use a lower rate")]
+    #[error("the tessellation would have {count} {what}; at most {limit} are possible here: use a coarser rate")]
     TooLarge {
         /// "points" or "facet corners".
         what: &'static str,
@@ -122,9 +138,9 @@ impl<T: Real> LimitSurface<'_, T, 3> {
     /// # Errors
     /// [`TessellateError`]: rates that are not positive, or a result too large for 32-bit indices.
     pub fn tessellate(&self, options: &TessellateOptions) -> Result<Tessellation<T>, TessellateError> {
-        let rates = rates::choose(self, options.rates)?;
+        let rates = rates::choose(self, options.rates, options.most_points)?;
         let layout = Layout::new(self.table(), rates);
-        layout.check()?;
+        layout.check(options.most_points)?;
         let sides =
             if options.normals { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
         let sampler = Sampler::new(*self, &layout, options.normals);

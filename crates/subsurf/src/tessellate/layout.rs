@@ -119,10 +119,11 @@ impl<'a> Layout<'a> {
         Self { table, rates, vertex_point, vertex_owner, edge_first, edge_owner, face_first, vertices }
     }
 
-    pub fn check(&self) -> Result<(), TessellateError> {
+    pub fn check(&self, most_points: u64) -> Result<(), TessellateError> {
         let count = *self.face_first.last().expect("one more than faces");
-        if count > MAX_COUNT as u64 {
-            return Err(TessellateError::TooLarge { what: "points", count, limit: MAX_COUNT as u64 });
+        let limit = most_points.min(MAX_COUNT as u64);
+        if count > limit {
+            return Err(TessellateError::TooLarge { what: "points", count, limit });
         }
         Ok(())
     }

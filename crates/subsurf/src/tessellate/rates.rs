@@ -13,7 +13,11 @@ use crate::scheme::SplitKind;
 use crate::topology::NONE;
 use rayon::prelude::*;
 
-pub(super) fn choose<T: Real>(surface: &LimitSurface<'_, T, 3>, rates: Rates) -> Result<PatchRates, TessellateError> {
+pub(super) fn choose<T: Real>(
+    surface: &LimitSurface<'_, T, 3>,
+    rates: Rates,
+    most_points: u64,
+) -> Result<PatchRates, TessellateError> {
     let positive = |what, value: f64| {
         if value > 0.0 && value.is_finite() { Ok(()) } else { Err(TessellateError::NotPositive { what, value }) }
     };
@@ -22,11 +26,13 @@ pub(super) fn choose<T: Real>(surface: &LimitSurface<'_, T, 3>, rates: Rates) ->
         Rates::Uniform(rate) => Ok(uniform(surface.table(), rate)),
         Rates::Tolerance(value) => {
             positive("tolerance", value)?;
-            Ok(adaptive(surface, Goal::Deviation(value)))
+            adaptive(surface, Goal::Deviation(value), most_points)?
+                .ok_or(TessellateError::TooFine { what: "tolerance", value })
         }
         Rates::EdgeLength(value) => {
             positive("edge length", value)?;
-            Ok(adaptive(surface, Goal::Length(value)))
+            adaptive(surface, Goal::Length(value), most_points)?
+                .ok_or(TessellateError::TooFine { what: "edge length", value })
         }
     }
 }
@@ -80,22 +86,47 @@ impl Goal {
         over.iter().all(|&p| triangles.iter().any(|&t| to_triangle(p, t) <= tolerance))
     }
 
-    /// The first of some growing rates, from `least` on, that meets the goal.
-    fn first(least: u32, meets: impl Fn(u32) -> bool) -> u32 {
-        let mut n = least;
-        while n < FINEST && !meets(n) {
-            n = (n + n.div_ceil(4)).min(FINEST);
+    /// Pieces in which a facet's side is measured: more on coarse grids, where a single point may lie on it by chance.
+    fn pieces(self, n: u32) -> u32 {
+        match self {
+            Goal::Length(_) => 1,
+            Goal::Deviation(_) if n < 4 => 4,
+            Goal::Deviation(_) => 3,
         }
-        n
+    }
+
+    /// A rate below which a side from `a` to `b` cannot do.
+    fn least(self, a: Point, b: Point) -> u32 {
+        match self {
+            Goal::Length(side) => (length(minus(b, a)) / side).ceil().clamp(1.0, f64::from(FINEST)) as u32,
+            Goal::Deviation(_) => 1,
+        }
+    }
+
+    /// The first of some growing rates, from `least` on, that meets the goal; none up to [`FINEST`].
+    fn first(least: u32, meets: impl Fn(u32) -> bool) -> Option<u32> {
+        let mut n = least;
+        while !meets(n) {
+            if n == FINEST {
+                return None;
+            }
+            n = grown(n);
+        }
+        Some(n)
     }
 }
 
-/// Points measured per side of a facet: more on coarse grids, where a single one may lie on the facet by chance.
-fn probes(n: u32) -> u32 {
-    if n < 4 { 4 } else { 3 }
+/// The next rate to try.
+fn grown(n: u32) -> u32 {
+    (n + n.div_ceil(4)).min(FINEST)
 }
 
-fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal) -> PatchRates {
+/// None where some face would need more than [`FINEST`] facets along a side; found without measuring all the others.
+fn adaptive<T: Real>(
+    surface: &LimitSurface<'_, T, 3>,
+    goal: Goal,
+    most_points: u64,
+) -> Result<Option<PatchRates>, TessellateError> {
     let table = surface.table();
     let t = table.topology();
     let mut owner = vec![NONE; t.edge_count()];
@@ -106,34 +137,53 @@ fn adaptive<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal) -> PatchRates
         }
         beside_subfaces[t.edge(h).index()] |= table.subfaces(t.face(h)) > 1;
     }
-    let edge: Vec<u32> = (0..t.edge_count())
+    let edge: Option<Vec<u32>> = (0..t.edge_count())
         .into_par_iter()
         .map(|e| {
             if owner[e] == NONE {
-                return 2;
+                return Some(2);
             }
-            let n = Goal::first(1, |n| edge_meets(surface, goal.share(EDGE_SHARE), HalfEdge(owner[e]), n));
-            if beside_subfaces[e] { n + n % 2 } else { n }
+            let h = HalfEdge(owner[e]);
+            let [a, b] = [0.0, 1.0].map(|s| surface.position(along_edge(table, h, s)).expect("owners are no holes"));
+            let n = Goal::first(goal.least(a, b), |n| edge_meets(surface, goal.share(EDGE_SHARE), h, n))?;
+            Some(if beside_subfaces[e] { n + n % 2 } else { n })
         })
         .collect();
-    let faces: Vec<Vec<[u32; 2]>> = (0..t.face_count() as u32)
+    let Some(edge) = edge else { return Ok(None) };
+    check_edges(table, &edge, most_points)?;
+    let faces: Option<Vec<Vec<[u32; 2]>>> = (0..t.face_count() as u32)
         .into_par_iter()
         .map(|f| {
             let f = Face(f);
             let n = table.subfaces(f) as usize;
             if t.is_hole(f) {
-                return vec![[1, 1]; n];
+                return Some(vec![[1, 1]; n]);
             }
             let sides: Vec<u32> = (0..t.sides(f)).map(|c| edge[t.edge(t.half_edge(f, c)).index()]).collect();
             face_rates(surface, goal, f, &sides)
         })
         .collect();
-    PatchRates { edge, patch: faces.concat() }
+    Ok(faces.map(|faces| PatchRates { edge, patch: faces.concat() }))
+}
+
+/// Refuses before any face is measured: inside a face there are at least as many points as its sides call for.
+fn check_edges(table: &PatchTable, edge: &[u32], most_points: u64) -> Result<(), TessellateError> {
+    let t = table.topology();
+    let inside = |f: Face| -> u64 {
+        let rate = |c: usize| u64::from(edge[t.edge(t.half_edge(f, c)).index()]);
+        let least = (0..t.sides(f)).map(rate).min().unwrap_or(0);
+        if t.is_hole(f) { 0 } else { least * least / 2 }
+    };
+    let count: u64 = (0..t.face_count() as u32).map(|f| inside(Face(f))).sum();
+    if count > most_points {
+        return Err(TessellateError::TooLarge { what: "points", count, limit: most_points });
+    }
+    Ok(())
 }
 
 /// True where an edge in `n` pieces keeps the goal.
 fn edge_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, h: HalfEdge, n: u32) -> bool {
-    let p = probes(n);
+    let p = goal.pieces(n);
     let at = |k: u32| {
         let s = f64::from(k) / f64::from(p * n);
         surface.position(along_edge(surface.table(), h, s)).expect("owners are no holes")
@@ -161,20 +211,16 @@ fn along_edge(table: &PatchTable, h: HalfEdge, s: f64) -> Location {
 }
 
 /// Rates of a face's patches: those of the sides where they agree and suffice, else an inner grid with a point inside.
-fn face_rates<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, f: Face, sides: &[u32]) -> Vec<[u32; 2]> {
+fn face_rates<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, f: Face, sides: &[u32]) -> Option<Vec<[u32; 2]>> {
     let subfaces = surface.table().subfaces(f);
     let goal = goal.share(FACET_SHARE);
     let patch = |subface: u32| Location { face: f, subface, u: 0.0, v: 0.0 };
     if surface.table().scheme().split() == SplitKind::Triangles {
         let agree = sides.iter().all(|&s| s == sides[0]);
-        let n = if agree && triangle_meets(surface, goal, f, sides[0]) {
-            sides[0]
-        } else {
-            Goal::first(3, |n| {
-                triangle_meets(surface, goal, f, n) && uneven_meets(surface, goal, patch(0), [n, n], sides)
-            })
-        };
-        return vec![[n, n]];
+        let meets = |n: u32| triangle_meets(surface, goal, f, n);
+        let uneven = |n: u32| uneven_meets(surface, goal, patch(0), [n, n], sides);
+        let n = if agree && meets(sides[0]) { sides[0] } else { Goal::first(3, |n| meets(n) && uneven(n))? };
+        return Some(vec![[n, n]]);
     }
     let meets = |cells: [u32; 2]| (0..subfaces).all(|s| quad_meets(surface, goal, patch(s), cells));
     if subfaces > 1 {
@@ -187,19 +233,22 @@ fn face_rates<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, f: Face, si
                 uneven_meets(surface, goal, patch(s as u32), [n, n], &[out, n, n, back])
             })
         };
-        let n = if agree && meets([half, half]) { half } else { Goal::first(2, |n| meets([n, n]) && uneven(n)) };
-        return vec![[n, n]; subfaces as usize];
+        let n = if agree && meets([half, half]) { half } else { Goal::first(2, |n| meets([n, n]) && uneven(n))? };
+        return Some(vec![[n, n]; subfaces as usize]);
     }
     let agree = sides[0] == sides[2] && sides[1] == sides[3];
     if agree && meets([sides[0], sides[1]]) {
-        return vec![[sides[0], sides[1]]];
+        return Some(vec![[sides[0], sides[1]]]);
     }
     // Grow evenly from what the sides ask for.
     let mut cells = [sides[0].max(sides[2]), sides[1].max(sides[3])].map(|n| n.max(2));
-    while cells.iter().any(|&n| n < FINEST) && !(meets(cells) && uneven_meets(surface, goal, patch(0), cells, sides)) {
-        cells = cells.map(|n| (n + n.div_ceil(4)).min(FINEST));
+    while !(meets(cells) && uneven_meets(surface, goal, patch(0), cells, sides)) {
+        if cells == [FINEST, FINEST] {
+            return None;
+        }
+        cells = cells.map(grown);
     }
-    vec![cells]
+    Some(vec![cells])
 }
 
 /// True where the triangles that lead from a patch's sides, of given rates, to its inner grid keep the goal.
@@ -233,7 +282,7 @@ fn uneven_meets<T: Real>(
 
 /// True where a quad patch in `nu × nv` facets keeps the goal.
 fn quad_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, patch: Location, [nu, nv]: [u32; 2]) -> bool {
-    let [pu, pv] = [probes(nu), probes(nv)];
+    let [pu, pv] = [nu, nv].map(|n| goal.pieces(n));
     let row = |j: u32| -> Vec<Point> {
         let v = f64::from(j) / f64::from(pv * nv);
         let at = |i: u32| Location { u: f64::from(i) / f64::from(pu * nu), v, ..patch };
@@ -263,7 +312,7 @@ fn quad_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, patch: Loca
 
 /// True where a triangle in `n × n` facets keeps the goal.
 fn triangle_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, face: Face, n: u32) -> bool {
-    let p = probes(n);
+    let p = goal.pieces(n);
     let cells = p * n;
     let at = |i: u32, j: u32| {
         let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(cells));
