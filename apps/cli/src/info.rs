@@ -11,7 +11,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use subsurf::{Method, PatchTable, Rules, Scheme, TableSize};
+use subsurf::{Level, MeshError, Method, PatchTable, Rules, Scheme, TableSize, Topology};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,14 +34,22 @@ pub struct InfoArgs {
 /// Runs the verb.
 pub fn run(args: &InfoArgs, common: &Common, console: &Console) -> Result<(), Failure> {
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
-    let table =
-        PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default()).map_err(|e| input.mesh_error(e))?;
-    let facts = Facts {
+    let facts = |topology: &Topology, size: Option<TableSize>| Facts {
         name: &input.name,
         scheme: input.scheme,
-        census: Census::new(&input.scene, table.topology(), input.scheme),
-        rules: *table.topology().rules(),
-        size: table.size(),
+        census: Census::new(&input.scene, topology, input.scheme),
+        rules: *topology.rules(),
+        size,
+    };
+    let facts = match PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default()) {
+        Ok(table) => facts(table.topology(), Some(table.size())),
+        Err(error @ MeshError::TooLarge { .. }) => {
+            // The rest can still be told, and may say why.
+            console.warn(&format_args!("{}: there is no patch table: {error}", input.name));
+            let level = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;
+            facts(level.topology(), None)
+        }
+        Err(error) => return Err(input.mesh_error(error)),
     };
     if common.json { print_json(&facts.json()) } else { print(&facts.text()) }
 }
@@ -52,7 +60,8 @@ struct Facts<'a> {
     scheme: Scheme,
     census: Census,
     rules: Rules,
-    size: TableSize,
+    /// None where the mesh is too large for a patch table.
+    size: Option<TableSize>,
 }
 
 /// How often each number occurs.
@@ -63,12 +72,8 @@ impl Facts<'_> {
         word(SCHEMES, self.scheme)
     }
 
-    fn table_bytes(&self) -> usize {
-        self.size.patch_bytes + self.size.plan_bytes + self.size.topology_bytes
-    }
-
     fn json(&self) -> Value {
-        let Self { census: c, rules, size, .. } = self;
+        let Self { census: c, rules, .. } = self;
         let histogram = |h: &Histogram| -> Value { h.iter().map(|(k, n)| (k.to_string(), json!(n))).collect() };
         let sharpness = |s: &census::Sharpness| json!({ "count": s.count, "infinite": s.infinite, "min": s.range.map(|r| r[0]), "max": s.range.map(|r| r[1]) });
         json!({
@@ -102,19 +107,21 @@ impl Facts<'_> {
             "non_manifold_vertices": c.non_manifold_vertices,
             "winding_conflicts": c.winding_conflicts,
             "degenerate_edges": c.degenerate_edges,
-            "patches": size.patches,
-            "regular_patches": size.regular_patches,
-            "plans": size.plans,
-            "regular_plans": size.regular_plans,
-            "special_vertices": size.special_vertices,
-            "table_bytes": self.table_bytes(),
-            "table_bytes_of": { "patches": size.patch_bytes, "plans": size.plan_bytes, "topology": size.topology_bytes },
+            "patches": self.size.map(|s| s.patches),
+            "regular_patches": self.size.map(|s| s.regular_patches),
+            "plans": self.size.map(|s| s.plans),
+            "regular_plans": self.size.map(|s| s.regular_plans),
+            "special_vertices": self.size.map(|s| s.special_vertices),
+            "table_bytes": self.size.as_ref().map(table_bytes),
+            "table_bytes_of": self.size.map(|s| {
+                json!({ "patches": s.patch_bytes, "plans": s.plan_bytes, "topology": s.topology_bytes })
+            }),
             "bounding_box": { "min": c.bounds[0], "max": c.bounds[1] },
         })
     }
 
     fn text(&self) -> String {
-        let Self { census: c, rules, size, .. } = self;
+        let Self { census: c, rules, .. } = self;
         let mut page = Page(format!("{}\n", heading(self.name)));
         page.row("faces", c.faces, &sides(&c.sides));
         page.row("vertices", c.vertices, &counted(c.isolated, "without faces"));
@@ -161,22 +168,32 @@ impl Facts<'_> {
         if c.degenerate_edges > 0 {
             page.row("degenerate", c.degenerate_edges, "edges with equal ends");
         }
-        page.section("Patch table");
-        let regular = if self.scheme == Scheme::Loop { "quartic" } else { "bicubic" };
-        page.row("patches", size.patches, &format!("{} of them one {regular} patch", size.regular_patches));
-        page.row("plans", size.plans, &format!("distinct, for {} kinds of special vertices", size.special_vertices));
-        page.line(
-            "memory",
-            &format!(
-                "{} (patches {}, plans {}, topology {})",
-                Bytes(self.table_bytes() as u64),
-                Bytes(size.patch_bytes as u64),
-                Bytes(size.plan_bytes as u64),
-                Bytes(size.topology_bytes as u64)
-            ),
-        );
+        if let Some(size) = &self.size {
+            page.section("Patch table");
+            let regular = if self.scheme == Scheme::Loop { "quartic" } else { "bicubic" };
+            page.row("patches", size.patches, &format!("{} of them one {regular} patch", size.regular_patches));
+            page.row(
+                "plans",
+                size.plans,
+                &format!("distinct, for {} kinds of special vertices", size.special_vertices),
+            );
+            page.line(
+                "memory",
+                &format!(
+                    "{} (patches {}, plans {}, topology {})",
+                    Bytes(table_bytes(size) as u64),
+                    Bytes(size.patch_bytes as u64),
+                    Bytes(size.plan_bytes as u64),
+                    Bytes(size.topology_bytes as u64)
+                ),
+            );
+        }
         page.0
     }
+}
+
+fn table_bytes(size: &TableSize) -> usize {
+    size.patch_bytes + size.plan_bytes + size.topology_bytes
 }
 
 /// Aligned lines.

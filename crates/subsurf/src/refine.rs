@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn every_level_of_every_shape_keeps_the_invariants() {
-        for shape in shapes::all().into_iter().chain(shapes::all_triangles()) {
+        for shape in shapes::all().into_iter().chain(shapes::all_triangles()).chain([shapes::pillow()]) {
             for scheme in [Scheme::CatmullClark, Scheme::Loop, Scheme::Bilinear] {
                 if scheme == Scheme::Loop && shape.mesh.faces().any(|f| f.len() != 3) {
                     continue;

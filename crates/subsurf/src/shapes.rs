@@ -233,7 +233,8 @@ pub fn interior_triangles(n: u32) -> Shape {
     Shape::new(format!("interior valence {n}, triangles"), &faces, positions, Tags::default())
 }
 
-/// Two triangles back to back: three vertices of valence 2.
+/// Two triangles back to back: three vertices of valence 2. Not among [`all_triangles`]: its first level has two edges
+/// between the same vertices, which no list of faces can say.
 pub fn pillow() -> Shape {
     let positions = vec![[0.0, 0.0, 0.2], [1.0, 0.1, 0.0], [0.2, 0.9, -0.1]];
     Shape::new("pillow of two triangles", &[vec![0, 1, 2], vec![0, 2, 1]], positions, Tags::default())
@@ -243,7 +244,6 @@ pub fn pillow() -> Shape {
 pub fn all_triangles() -> Vec<Shape> {
     let mut shapes: Vec<Shape> = all().iter().map(Shape::triangulated).collect();
     shapes.extend([3, 4, 5, 6, 7, 12].map(interior_triangles));
-    shapes.push(pillow());
     let fan = interior_triangles(6);
     let spokes = |list: &[(u32, f64)]| Tags {
         creases: list.iter().flat_map(|&(i, s)| [Crease::new(0, 1 + i, s), Crease::new(1 + i, 7 + 2 * i, s)]).collect(),

@@ -68,3 +68,23 @@ fn flags_win_over_the_file_and_the_file_over_the_preset() {
     assert_eq!(boundary("--preset opensubdiv --boundary none --creasing uniform"), ["none", "uniform", "all"]);
     assert_eq!(boundary("--face-varying corners-only"), ["edge-only", "chaikin", "corners-only"]);
 }
+
+#[test]
+fn a_pole_too_large_for_a_patch_table_is_still_described() {
+    let folder = Folder::new();
+    let mut text = String::from("v 0 0 1\n");
+    let n = 20_000;
+    for i in 0..n {
+        let a = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        text += &format!("v {} {} 0\n", a.cos(), a.sin());
+    }
+    for i in 0..n {
+        text += &format!("f 1 {} {}\n", i + 2, (i + 1) % n + 2);
+    }
+    folder.write("pole.obj", &text);
+    let run = folder.run("info pole.obj --json");
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("no patch table"), "{}", run.stderr);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!((&json["faces"], &json["plans"]), (&20_000.into(), &serde_json::Value::Null));
+}

@@ -134,7 +134,9 @@ mod tests {
     #[test]
     fn limits_of_two_levels_agree_where_they_share_vertices() {
         let quads = shapes::all().into_iter().map(|s| (s, Scheme::CatmullClark));
-        for (shape, scheme) in quads.chain(shapes::all_triangles().into_iter().map(|s| (s, Scheme::Loop))) {
+        for (shape, scheme) in
+            quads.chain(shapes::all_triangles().into_iter().chain([shapes::pillow()]).map(|s| (s, Scheme::Loop)))
+        {
             let table = PatchTable::new(&shape.mesh, scheme).unwrap();
             let surface = table.surface(&shape.positions);
             let level = Level::new(&shape.mesh, scheme).unwrap();
