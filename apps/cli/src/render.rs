@@ -150,7 +150,11 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     let painter = Painter::new(surface, args.show, &mesh);
     let mut overlay = match args.show {
         Show::Wireframe | Show::Patches | Show::Levels => Overlay::wireframe(lines::edge_curves(&surface, rate)),
-        Show::Cage => Overlay::cage(&points, &lines::cage_edges(table.topology())),
+        Show::Cage => {
+            let edges = lines::cage_edges(table.topology());
+            let mean = rate::mean_px(&edges, &points, camera, args.size);
+            Overlay::cage(&points, &edges).thinned(mean as f32)
+        }
         _ => Overlay::default(),
     };
     overlay.legend = painter.legend();

@@ -96,6 +96,26 @@ impl Overlay {
         Self { lines, dots, legend: None }
     }
 
+    /// Thinner lines and smaller dots for edges that are `mean_px` pixels long on average, so that the picture of a dense
+    /// control mesh stays readable: without dots where they would touch.
+    #[must_use]
+    pub fn thinned(mut self, mean_px: f32) -> Self {
+        // Lines keep their full width from 16 pixels on; dots come at 12 and are full at 24.
+        let line = (mean_px / 16.0).clamp(0.25, 1.0);
+        let dot = (mean_px / 24.0).min(1.0);
+        for stroke in self.lines.iter_mut().map(|line| &mut line.stroke) {
+            stroke.width_px *= line;
+            stroke.hidden *= line * line;
+        }
+        if mean_px < 12.0 {
+            self.dots.clear();
+        }
+        for stroke in self.dots.iter_mut().map(|dot| &mut dot.stroke) {
+            stroke.width_px *= dot;
+        }
+        self
+    }
+
     /// Lines on the surface, such as the images of the control mesh's edges.
     pub fn wireframe(lines: impl IntoIterator<Item = Vec<[f32; 3]>>) -> Self {
         let lines = lines.into_iter().map(|points| Polyline { points, stroke: Stroke::wire() }).collect();

@@ -28,6 +28,15 @@ pub fn for_picture(table: &PatchTable, points: &[[f32; 3]], camera: Camera, size
     (length / FACET_PX).min(most).ceil().max(2.0) as u32
 }
 
+/// Mean length of edges in a picture of `size` pixels if they lay across the view.
+pub fn mean_px(edges: &[[u32; 2]], points: &[[f32; 3]], camera: Camera, size: [u32; 2]) -> f64 {
+    let [width, height] = size.map(f64::from);
+    let used: Vec<[f32; 3]> = edges.as_flattened().iter().map(|&v| points[v as usize]).collect();
+    let view = camera.view(&used, width / height);
+    let sum: f64 = edges.iter().map(|edge| length_px(&view, height, edge.map(|v| points[v as usize]))).sum();
+    sum / edges.len().max(1) as f64
+}
+
 /// Length of a segment in the picture if it lay across the view.
 fn length_px(view: &View, height: f64, ends: [[f32; 3]; 2]) -> f64 {
     let [a, b] = ends.map(|p| p.map(f64::from));
