@@ -61,7 +61,9 @@ pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
-pub use tessellate::{FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, Tessellation};
+pub use tessellate::{
+    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
+};
 pub use topology::Topology;
 
 /// The README's example runs as a test.
