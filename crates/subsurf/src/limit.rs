@@ -14,6 +14,7 @@ mod rows;
 mod single_crease;
 mod special;
 mod tangent;
+mod triangle_crease;
 mod triangle_points;
 mod turn;
 

@@ -1,8 +1,9 @@
 //! A plan: everything that the limit of one face depends on except positions. Faces with equal surroundings share it.
 //!
 //! A plan is a tree. A node is either split into four children, the level's explicit refinement, or a leaf:
-//! a bicubic patch, a patch along one semi-sharp crease, or a special vertex with its closed form. Every leaf has its
-//! control points as sparse rows over the face's ring. The tree is at most `⌈sharpness⌉ + 2` levels deep: each level
+//! a bicubic patch, a patch along one semi-sharp crease, or a special vertex with its closed form; under Loop a quartic
+//! patch or a special vertex, with any semi-sharp creases on top. Every leaf has its control points as sparse rows over
+//! the face's ring. The tree is at most `⌈sharpness⌉ + 2` levels deep: each level
 //! takes one from every finite sharpness, makes all faces quads, and parts special vertices.
 
 mod compile;
@@ -13,6 +14,7 @@ use super::corner::Corner;
 use super::rows::Rows;
 use super::single_crease;
 use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
+use super::triangle_crease::TriangleCrease;
 use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triangle};
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
@@ -69,8 +71,18 @@ enum Node {
 
 struct Leaf {
     shape: LeafShape,
-    /// The leaf's control points over the ring.
+    /// The leaf's control points over the ring, the creases' bends last.
     points: Rows,
+    /// Number of points without bends.
+    patch_points: usize,
+    /// Semi-sharp creases under Loop, which the shape takes for infinitely sharp.
+    creases: Vec<TriangleCrease>,
+}
+
+impl Leaf {
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + self.points.bytes() + size_of_val(&self.creases[..])
+    }
 }
 
 enum LeafShape {
@@ -156,9 +168,10 @@ impl Plan {
     pub fn patch_kind(&self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
         let found = self.leaf(u, v, turn);
         let kind = match found.leaf.shape {
-            LeafShape::Bilinear | LeafShape::Regular => PatchKind::Regular,
-            LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
             LeafShape::Special { .. } => PatchKind::Special,
+            LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
+            _ if !found.leaf.creases.is_empty() => PatchKind::SingleCrease,
+            LeafShape::Bilinear | LeafShape::Regular => PatchKind::Regular,
         };
         (kind, found.depth)
     }
@@ -187,7 +200,7 @@ impl Plan {
                     SplitKind::Quads => tensor(&cubic(a), &cubic(b), count),
                     SplitKind::Triangles => box_spline::basis(a, b, count),
                 };
-                (dense(weights, count, leaf.points.len()), turn)
+                (dense(weights, count, leaf.patch_points), turn)
             }
             LeafShape::SingleCrease { turn, sharpness } => {
                 let turn = total(*turn);
@@ -203,10 +216,17 @@ impl Plan {
                 (vertex.weights(a, b, count), turn)
             }
         };
-        let local = match self.split {
+        let mut local = match self.split {
             SplitKind::Quads => turn_back_quad(local, turn),
             SplitKind::Triangles => turn_back_triangle(local, turn),
         };
+        for crease in &leaf.creases {
+            let turn = total(crease.turn);
+            let (a, b) = turned(turn);
+            let rows = crease.weights(a, b, count);
+            let bends = turn_back_triangle(PointWeights { rows, at_vertex: None }, turn);
+            local.rows.iter_mut().zip(bends.rows).for_each(|(row, bends)| row.extend(bends));
+        }
         self.on_ring(leaf, local, speed, count)
     }
 
@@ -233,7 +253,7 @@ impl Plan {
 
     /// True where one spline patch covers the face.
     pub fn is_regular(&self) -> bool {
-        self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular)
+        self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular) && self.leaves[0].creases.is_empty()
     }
 
     /// The sixteen control points over the ring, where one bicubic patch covers the face.
@@ -243,7 +263,7 @@ impl Plan {
 
     /// Heap memory in bytes, shared special vertices left out.
     pub fn bytes(&self) -> usize {
-        self.leaves.iter().map(|leaf| leaf.points.bytes() + size_of::<Leaf>()).sum::<usize>()
+        self.leaves.iter().map(Leaf::bytes).sum::<usize>()
             + self.nodes.len() * size_of::<Node>()
     }
 }

@@ -165,8 +165,10 @@ impl Soup {
         if split {
             soup = soup.child(at.subface as usize);
         }
-        // Positions at a vertex converge with 0.66 a level at worst: 1e-18 after 100 levels.
+        // The surface over a face lies within its control points. Those at a vertex draw together by 0.66 a level at worst:
+        // to 1e-18 after 100 levels.
         const DEEPEST: u32 = 100;
+        let small = 1e-18 * soup.extent();
         // Parameters of the patch per those of the face; negative in triangles that are turned upside down.
         let mut scale = 1.0;
         for level in 0..DEEPEST {
@@ -175,6 +177,9 @@ impl Soup {
                     return Some(soup.at_patch(&patch, u, v, scale, level + u32::from(split)));
                 }
                 more -= 1;
+            }
+            if [u, v].iter().all(|&x| x == 0.0 || x == 1.0) && soup.extent() <= small {
+                break;
             }
             let (child, turned) =
                 if self.triangles { triangle_child(&mut u, &mut v) } else { quad_child(&mut u, &mut v) };
@@ -191,6 +196,11 @@ impl Soup {
         assert!((u == 0.0 || u == 1.0) && (v == 0.0 || v == 1.0), "no patch at {at:?}");
         let position = plus(soup.points[soup.faces[0][corner] as usize], soup.zero);
         Some(Truth { position: position.map(Double::to_f64), derivatives: None, spread: 0.0, depth: DEEPEST })
+    }
+
+    /// The largest coordinate, relative to a point of the soup.
+    fn extent(&self) -> f64 {
+        self.points.iter().flatten().map(|x| x.to_f64().abs()).fold(0.0, f64::max)
     }
 
     fn at_patch(&self, patch: &Patch, u: f64, v: f64, scale: f64, depth: u32) -> Truth {

@@ -1,14 +1,16 @@
 //! Compiles a plan: refines the face's surroundings until a known patch covers each part.
 
-use super::super::corner::{Corner, Kind, corner, grid_points, special_points};
+use super::super::corner::{
+    Corner, Kind, corner, grid_points, has_finite_sharpness, is_finite_sharpness, special_points,
+};
 use super::super::local_step::child_vertex;
 use super::super::rows::{Accumulator, Combination, Rows};
+use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
 use super::{Leaf, LeafShape, Node, Plan, SpecialVertices};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::refine::Level;
 use crate::scheme::{Scheme, SplitKind};
-use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{Surroundings, Topology, Walk};
 
 /// One level of explicit refinement round one face on the way down the tree.
@@ -102,21 +104,19 @@ impl Compiler<'_> {
         let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
         if self.scheme == Scheme::Bilinear {
             let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
-            return Some(self.make(site, LeafShape::Bilinear, &corners));
+            return Some(self.make(site, LeafShape::Bilinear, corners, Vec::new()));
         }
         let split = self.scheme.split();
         if (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
             return None;
         }
+        let mut creases = Vec::new();
         if own.iter().any(|&h| has_finite_sharpness(t, h)) {
             if split == SplitKind::Triangles {
-                return None;
+                creases = TriangleCrease::all(t, &own)?;
+            } else {
+                return self.single_crease(site, &own);
             }
-            let (side, sharpness) = single_crease_side(t, &own)?;
-            // The crease along v = 1 runs between corners 2 and 3 of the turned quad.
-            let turn = (side + 2) % 4;
-            let grid = grid_points(t, own[turn], false).map(|p| p.expect("a full grid"));
-            return Some(self.make(site, LeafShape::SingleCrease { turn: turn as u8, sharpness }, &grid));
         }
         let special: Vec<(usize, Corner)> = own
             .iter()
@@ -125,12 +125,12 @@ impl Compiler<'_> {
             .filter(|(_, corner)| !corner.is_regular())
             .collect();
         match special[..] {
-            [] if split == SplitKind::Triangles => {
-                Some(self.make(site, LeafShape::Regular, &triangle_points::patch_points(t, own[0])))
-            }
             [] => {
-                let grid = grid_points(t, own[0], false).map(|p| p.expect("a full grid"));
-                Some(self.make(site, LeafShape::Regular, &grid))
+                let points = match split {
+                    SplitKind::Quads => grid_points(t, own[0], false).map(|p| p.expect("a full grid")).to_vec(),
+                    SplitKind::Triangles => triangle_points::patch_points(t, own[0]).to_vec(),
+                };
+                Some(self.make(site, LeafShape::Regular, points, creases))
             }
             [(j, corner)] => {
                 let vertex = self.specials.get(corner);
@@ -139,14 +139,35 @@ impl Compiler<'_> {
                     SplitKind::Triangles => triangle_points::special_points(t, own[j]),
                 };
                 debug_assert_eq!(points.len(), vertex.points());
-                Some(self.make(site, LeafShape::Special { turn: j as u8, vertex }, &points))
+                Some(self.make(site, LeafShape::Special { turn: j as u8, vertex }, points, creases))
             }
             _ => None,
         }
     }
 
-    /// A leaf whose control points are combinations of the site's vertices.
-    fn make(&self, site: &Site, shape: LeafShape, points: &[Combination]) -> Leaf {
+    /// The leaf along one semi-sharp side of a quad, if it has that form.
+    fn single_crease(&self, site: &Site, own: &[HalfEdge]) -> Option<Leaf> {
+        let (side, sharpness) = single_crease_side(&site.topology, own)?;
+        // The crease along v = 1 runs between corners 2 and 3 of the turned quad.
+        let turn = (side + 2) % 4;
+        let grid = grid_points(&site.topology, own[turn], false).map(|p| p.expect("a full grid")).to_vec();
+        Some(self.make(site, LeafShape::SingleCrease { turn: turn as u8, sharpness }, grid, Vec::new()))
+    }
+
+    /// A leaf whose control points are combinations of the site's vertices, the creases' bends last.
+    fn make(
+        &self,
+        site: &Site,
+        shape: LeafShape,
+        mut points: Vec<Combination>,
+        creases: Vec<(TriangleCrease, Vec<Combination>)>,
+    ) -> Leaf {
+        let patch_points = points.len();
+        let creases = creases.into_iter().map(|(crease, bends)| {
+            points.extend(bends);
+            crease
+        });
+        let creases = creases.collect();
         let over_ring: Vec<Combination> = points
             .iter()
             .map(|point| {
@@ -156,20 +177,8 @@ impl Compiler<'_> {
                 point.iter().flat_map(terms).collect()
             })
             .collect();
-        Leaf { shape, points: Rows::new(self.ring, &over_ring) }
+        Leaf { shape, points: Rows::new(self.ring, &over_ring), patch_points, creases }
     }
-}
-
-fn is_finite_sharpness(s: f64) -> bool {
-    s > 0.0 && s < INFINITE_SHARPNESS
-}
-
-/// True where sharpness at the origin of `h` will change.
-fn has_finite_sharpness(t: &Topology, h: HalfEdge) -> bool {
-    let v = t.origin(h);
-    is_finite_sharpness(t.vertex_sharpness(v))
-        || t.foreign_sharpness(v).iter().any(|&s| is_finite_sharpness(s))
-        || t.sharp_edges(v).iter().any(|&e| is_finite_sharpness(t.edge_sharpness(Edge(e))))
 }
 
 /// The only sharp side of a quad and its sharpness, where the closed form of one semi-sharp crease holds: both ends are
