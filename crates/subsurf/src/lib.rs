@@ -49,6 +49,7 @@ mod sharpness;
 mod tags;
 mod tessellate;
 mod topology;
+mod triangulate;
 
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
@@ -59,6 +60,7 @@ pub use scheme::Scheme;
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, Tessellation};
 pub use topology::Topology;
+pub use triangulate::Triangulated;
 
 /// The README's example runs as a test.
 #[cfg(doctest)]

@@ -253,7 +253,9 @@ impl Plan {
 
     /// True where one spline patch covers the face.
     pub fn is_regular(&self) -> bool {
-        self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular) && self.leaves[0].creases.is_empty()
+        self.leaves.len() == 1
+            && matches!(self.leaves[0].shape, LeafShape::Regular)
+            && self.leaves[0].creases.is_empty()
     }
 
     /// The sixteen control points over the ring, where one bicubic patch covers the face.
@@ -263,8 +265,7 @@ impl Plan {
 
     /// Heap memory in bytes, shared special vertices left out.
     pub fn bytes(&self) -> usize {
-        self.leaves.iter().map(Leaf::bytes).sum::<usize>()
-            + self.nodes.len() * size_of::<Node>()
+        self.leaves.iter().map(Leaf::bytes).sum::<usize>() + self.nodes.len() * size_of::<Node>()
     }
 }
 
