@@ -52,6 +52,7 @@ mod sharpness;
 mod tags;
 mod tessellate;
 mod topology;
+mod triangulate;
 
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
@@ -65,6 +66,7 @@ pub use tessellate::{
     FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
 };
 pub use topology::Topology;
+pub use triangulate::Triangulated;
 
 /// The README's example runs as a test.
 #[cfg(doctest)]

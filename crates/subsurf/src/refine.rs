@@ -70,11 +70,7 @@ impl Level {
                 return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
             }
         }
-        let topology = match self.scheme.split() {
-            SplitKind::Quads => quad_split::child(t),
-            SplitKind::Triangles => tri_split::child(t),
-        };
-        Ok(Self { topology, scheme: self.scheme, depth: self.depth + 1 })
+        Ok(Self { topology: refined(t, self.scheme), scheme: self.scheme, depth: self.depth + 1 })
     }
 
     /// The next level's values from this level's, one row per vertex. Sums are formed in `f64`.
@@ -104,6 +100,14 @@ impl Level {
             apply(mask)
         }));
         refined
+    }
+}
+
+/// The topology one level down, whose counts fit.
+pub(crate) fn refined(t: &Topology, scheme: Scheme) -> Topology {
+    match scheme.split() {
+        SplitKind::Quads => quad_split::child(t),
+        SplitKind::Triangles => tri_split::child(t),
     }
 }
 
