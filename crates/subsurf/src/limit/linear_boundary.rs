@@ -58,7 +58,8 @@ impl LinearEnds {
         };
         let corner = places.iter().position(|place| *place == [u, v]);
         if let Some((vertex, rows)) = corner.and_then(|c| self.at_corner[c].as_ref()) {
-            return Some(through(vertex.weights(0.0, 0.0, count), rows, points, count));
+            let local = vertex.weights(0.0, 0.0, count);
+            return Some(through(local, points, count, |row, out| rows.left_multiply(row, out)));
         }
         (depth >= DEEPEST).then(|| {
             let mut out = PointWeights::default();

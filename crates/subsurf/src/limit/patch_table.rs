@@ -42,6 +42,8 @@ pub struct TableSize {
     pub patches: usize,
     /// Distinct plans.
     pub plans: usize,
+    /// Nodes of the patch trees of all plans, shared ones counted once.
+    pub nodes: usize,
     /// Plans that are one bicubic patch.
     pub regular_plans: usize,
     /// Patches whose plan is one bicubic patch.
@@ -207,6 +209,7 @@ impl PatchTable {
         TableSize {
             patches: self.patch_plan.iter().filter(|&&p| p != NONE).count(),
             plans: self.plans.len(),
+            nodes: self.plans.node_count(),
             regular_plans: regular.iter().filter(|&&r| r).count(),
             regular_patches: self.patch_plan.iter().filter(|&&p| p != NONE && regular[p as usize]).count(),
             special_vertices: specials.len(),

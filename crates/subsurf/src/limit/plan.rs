@@ -83,13 +83,15 @@ struct Node {
 
 enum Body {
     Leaf(Leaf),
-    /// A face that is no quad: its sub-face at the first corner, which has the same parameters.
-    Corner(Box<Child>),
     Split(Box<Split>),
 }
 
+/// One step of refinement.
 struct Split {
-    children: [Child; 4],
+    /// The refined points that some child needs, over those of the node.
+    points: Rows,
+    /// All four, or of a face that is no quad the sub-face at the first corner, which has the same parameters.
+    children: Vec<Child>,
     /// What ends the way along a boundary that is kept linear.
     ends: Option<LinearEnds>,
 }
@@ -98,8 +100,8 @@ struct Child {
     node: u32,
     /// Which corner of the child is the node's corner 0.
     turn: u8,
-    /// The child's control points over those of its parent.
-    points: Rows,
+    /// The child's control points among the refined points.
+    ring: Box<[u32]>,
 }
 
 struct Leaf {
@@ -130,6 +132,11 @@ impl Plans {
         self.plans
     }
 
+    /// Number of nodes, those of plans included.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
     pub fn get(&self, plan: usize) -> Plan<'_> {
         debug_assert!(plan < self.plans);
         Plan { plans: self, node: plan as u32 }
@@ -137,13 +144,12 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices left out.
     pub fn bytes(&self) -> usize {
-        let child = |child: &Child| child.points.bytes() + size_of::<Child>();
+        let child = |child: &Child| size_of::<Child>() + size_of_val(&child.ring[..]);
         let body = |node: &Node| match &node.body {
             Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
-            Body::Corner(corner) => child(corner),
             Body::Split(split) => {
                 let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
-                split.children.iter().map(child).sum::<usize>() + size_of::<Option<LinearEnds>>() + ends
+                size_of::<Split>() + split.points.bytes() + split.children.iter().map(child).sum::<usize>() + ends
             }
         };
         self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..])
@@ -229,43 +235,46 @@ impl<'a> Plan<'a> {
         self.root().ring
     }
 
-    /// Goes down to the leaf at a place; `visit` sees every child on the way with the number of its parent's points.
+    /// Goes down to the leaf at a place; `visit` sees every step on the way: the node that is left, how, and to which child.
     fn walk(
         self,
         u: f64,
         v: f64,
         turn: u8,
         count: usize,
-        mut visit: impl FnMut(&'a Child, usize),
-    ) -> (End<'a>, Place, usize) {
-        let split = self.plans.split;
+        mut visit: impl FnMut(&'a Node, &'a Split, &'a Child),
+    ) -> (End<'a>, Place, &'a Node) {
+        let kind = self.plans.split;
         let mut at = Place { u, v, turn, depth: 0, speed: 1.0 };
         let mut node = self.root();
         loop {
-            let child = match &node.body {
-                Body::Leaf(leaf) => return (End::Leaf(leaf), at, node.ring),
-                Body::Corner(child) => child,
-                Body::Split(body) => {
-                    if let Some(ends) = &body.ends {
-                        let (a, b) = at.turned(split, at.turn);
-                        if let Some(weights) = ends.weights(split, a, b, at.depth, node.ring, count) {
-                            return (End::Boundary(weights), at, node.ring);
-                        }
-                    }
-                    let (child, below) = at.descend(split);
+            let split = match &node.body {
+                Body::Leaf(leaf) => return (End::Leaf(leaf), at, node),
+                Body::Split(split) => split,
+            };
+            if let Some(ends) = &split.ends {
+                let (a, b) = at.turned(kind, at.turn);
+                if let Some(weights) = ends.weights(kind, a, b, at.depth, node.ring, count) {
+                    return (End::Boundary(weights), at, node);
+                }
+            }
+            let child = match &split.children[..] {
+                [only] => only,
+                children => {
+                    let (child, below) = at.descend(kind);
                     at = below;
-                    &body.children[child]
+                    &children[child]
                 }
             };
-            visit(child, node.ring);
-            at.turn = (at.turn + child.turn) % corners(split) as u8;
+            visit(node, split, child);
+            at.turn = (at.turn + child.turn) % corners(kind) as u8;
             node = &self.plans.nodes[child.node as usize];
         }
     }
 
     /// Which kind of leaf covers `(u, v)`, and at which depth.
     pub fn patch_kind(self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
-        let (end, at, _) = self.walk(u, v, turn, 0, |_, _| {});
+        let (end, at, _) = self.walk(u, v, turn, 0, |_, _, _| {});
         let kind = match end {
             End::Boundary(_) => PatchKind::Special,
             End::Leaf(leaf) => match leaf.shape {
@@ -282,17 +291,17 @@ impl<'a> Plan<'a> {
     /// parameters of a face whose corner `turn` is the plan's corner 0.
     pub fn weights(self, u: f64, v: f64, turn: u8, count: usize) -> RingWeights {
         let mut way = Vec::new();
-        let (end, at, ring) = self.walk(u, v, turn, count, |child, ring| way.push((child, ring)));
+        let (end, at, last) = self.walk(u, v, turn, count, |node, split, child| way.push((node.ring, split, child)));
         let mut weights = match end {
             End::Leaf(leaf) => {
                 let local = leaf.weights(self.plans.split, at, count);
-                through(local, &leaf.points, ring, count)
+                through(local, last.ring, count, |row, out| leaf.points.left_multiply(row, out))
             }
             End::Boundary(local) => turn_back(self.plans.split, local, at.turn),
         };
         let is_long = way.len() > LONG;
-        for (child, ring) in way.into_iter().rev() {
-            weights = through(weights, &child.points, ring, count);
+        for (ring, split, child) in way.into_iter().rev() {
+            weights = through(weights, ring, count, |row, out| split.points.left_multiply_some(row, &child.ring, out));
             if is_long {
                 weights.rows[1..count].iter_mut().for_each(|row| clear_sum(row));
             }
@@ -371,11 +380,16 @@ fn turn_back(split: SplitKind, weights: PointWeights, turn: u8) -> PointWeights 
     }
 }
 
-/// Weights over points to weights over the `width` points that they are made of.
-pub(super) fn through(local: PointWeights, points: &Rows, width: usize, count: usize) -> PointWeights {
+/// Weights over points to weights over the `width` points that they are made of; `multiply` adds a row to the result.
+pub(super) fn through(
+    local: PointWeights,
+    width: usize,
+    count: usize,
+    multiply: impl Fn(&[f64], &mut [f64]),
+) -> PointWeights {
     let multiply = |row: &[f64]| {
         let mut out = vec![0.0; width];
-        points.left_multiply(row, &mut out);
+        multiply(row, &mut out);
         out
     };
     let mut out = PointWeights::default();

@@ -56,6 +56,15 @@ impl Rows {
         }
     }
 
+    /// The same where `left` is over some of the rows.
+    pub fn left_multiply_some(&self, left: &[f64], rows: &[u32], out: &mut [f64]) {
+        for (&i, &w) in rows.iter().zip(left) {
+            if w != 0.0 {
+                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
+            }
+        }
+    }
+
     /// All entries, row-major.
     pub fn dense(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.len() * self.columns];

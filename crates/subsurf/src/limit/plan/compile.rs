@@ -45,22 +45,20 @@ impl Plans {
             for Made { ring, body } in made {
                 let body = match body {
                     MadeBody::Leaf(leaf) => Body::Leaf(leaf),
-                    MadeBody::Refined { topology, children, ends } => {
-                        let mut link = |child: MadeChild| {
+                    MadeBody::Refined { topology, points, children, ends } => {
+                        let link = |MadeChild { around, turn, ring }: MadeChild| {
                             let next = known.len() as u32;
-                            let node = match known.entry(child.around.key.clone().into()) {
+                            let node = match known.entry(around.key.clone().into()) {
                                 Entry::Occupied(node) => *node.get(),
                                 Entry::Vacant(empty) => {
-                                    open.push(Open::Child(topology.clone(), child.around));
+                                    open.push(Open::Child(topology.clone(), around));
                                     *empty.insert(next)
                                 }
                             };
-                            Child { node, turn: child.turn, points: child.points }
+                            Child { node, turn, ring }
                         };
-                        match <[MadeChild; 4]>::try_from(children) {
-                            Ok(children) => Body::Split(Box::new(Split { children: children.map(link), ends })),
-                            Err(mut one) => Body::Corner(Box::new(link(one.remove(0)))),
-                        }
+                        let children = children.into_iter().map(link).collect();
+                        Body::Split(Box::new(Split { points, children, ends }))
                     }
                 };
                 nodes.push(Node { ring, body });
@@ -90,6 +88,7 @@ enum MadeBody {
     /// The refined surroundings, and all four children or the first alone.
     Refined {
         topology: Arc<Topology>,
+        points: Rows,
         children: Vec<MadeChild>,
         ends: Option<LinearEnds>,
     },
@@ -98,7 +97,7 @@ enum MadeBody {
 struct MadeChild {
     around: Surroundings,
     turn: u8,
-    points: Rows,
+    ring: Box<[u32]>,
 }
 
 /// Reusable memory.
@@ -129,24 +128,20 @@ impl Compiler<'_> {
             return Made { ring, body: MadeBody::Leaf(leaf) };
         }
         let refined = Arc::new(refined(&t, self.scheme));
+        let mut points = RefinedPoints::new(&t, &refined, self.scheme);
         let count = if is_patch { 4 } else { 1 };
         // Face 0's children come first, corner by corner, the middle triangle last.
-        let children = (0..count).map(|c| self.child(&t, &refined, Face(c), scratch)).collect();
+        let children = (0..count).map(Face).map(|face| {
+            let turn = canonical_corner(&refined, face);
+            let mut around = Surroundings::default();
+            refined.surroundings(face, turn, &mut scratch.walk, &mut around);
+            let ring = around.ring.iter().map(|&v| points.row(v)).collect();
+            MadeChild { around, turn: turn as u8, ring }
+        });
+        let children = children.collect();
+        let points = points.rows;
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
-        Made { ring, body: MadeBody::Refined { topology: refined, children, ends } }
-    }
-
-    fn child(&self, t: &Topology, refined: &Topology, face: Face, scratch: &mut Scratch) -> MadeChild {
-        let turn = canonical_corner(refined, face);
-        let mut around = Surroundings::default();
-        refined.surroundings(face, turn, &mut scratch.walk, &mut around);
-        let mut sum = Accumulator::new(t.vertex_count());
-        let mut points = Rows::empty(t.vertex_count());
-        for &v in &around.ring {
-            child_vertex(t, self.scheme, v, &mut |p, w| sum.add(p, w));
-            points.push(&mut sum);
-        }
-        MadeChild { around, turn: turn as u8, points }
+        Made { ring, body: MadeBody::Refined { topology: refined, points, children, ends } }
     }
 
     /// The leaf that covers face 0 of `t`, if one does.
@@ -195,6 +190,33 @@ impl Compiler<'_> {
             }
             _ => None,
         }
+    }
+}
+
+/// Points of the next level over a node's points, each made when it is first asked for.
+struct RefinedPoints<'a> {
+    parent: &'a Topology,
+    scheme: Scheme,
+    rows: Rows,
+    /// Row of every refined vertex.
+    known: Vec<Option<u32>>,
+    sum: Accumulator,
+}
+
+impl<'a> RefinedPoints<'a> {
+    fn new(parent: &'a Topology, refined: &Topology, scheme: Scheme) -> Self {
+        let points = parent.vertex_count();
+        let known = vec![None; refined.vertex_count()];
+        Self { parent, scheme, rows: Rows::empty(points), known, sum: Accumulator::new(points) }
+    }
+
+    fn row(&mut self, v: u32) -> u32 {
+        let Self { parent, scheme, rows, known, sum } = self;
+        *known[v as usize].get_or_insert_with(|| {
+            child_vertex(parent, *scheme, v, &mut |p, w| sum.add(p, w));
+            rows.push(sum);
+            rows.len() as u32 - 1
+        })
     }
 }
 
