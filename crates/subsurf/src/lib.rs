@@ -13,6 +13,9 @@
 //! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
 //! 6. [`Tessellation`]: the limit surface as a watertight mesh.
 //!
+//! Beside it, [`StencilTable`] and [`LimitStencilTable`] tabulate refined and limit points as weighted sums of control
+//! points, for connectivity that stays and attributes that change.
+//!
 //! ```
 //! use subsurf::{ControlMesh, Crease, Location, PatchTable, Scheme, Tags};
 //!
@@ -46,6 +49,7 @@ mod refine;
 mod scheme;
 pub mod shapes;
 mod sharpness;
+mod stencil;
 mod tags;
 mod tessellate;
 mod topology;
@@ -56,6 +60,9 @@ pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
+pub use stencil::{
+    Dependents, LimitStencilOptions, LimitStencilTable, Orders, Part, StencilError, StencilOptions, StencilTable,
+};
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, Tessellation};
 pub use topology::Topology;
