@@ -3,7 +3,7 @@
 
 use super::StencilError;
 use crate::mesh::MAX_COUNT;
-use crate::real::Real;
+use crate::real::{Real, add_scaled};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -81,18 +81,31 @@ impl Csr {
     ) -> [[T; N]; K] {
         let range = self.range(row);
         let indices = &self.indices[range.clone()];
-        let weights = weights.map(|w| &w[range.clone()]);
-        let mut sum = [[0.0; N]; K];
+        // As many weights as indices, so that the compiler need not ask.
+        let weights = weights.map(|w| &w[range.clone()][..indices.len()]);
         let Some(&first) = indices.first() else { return [[T::default(); N]; K] };
         let base = control[first as usize].map(T::to_f64);
-        for (j, &p) in indices.iter().enumerate().skip(1) {
+        let apart = |p: u32| -> [f64; N] {
             let p = &control[p as usize];
-            let apart: [f64; N] = std::array::from_fn(|i| p[i].to_f64() - base[i]);
+            std::array::from_fn(|i| p[i].to_f64() - base[i])
+        };
+        // Two sums side by side, so that additions need not wait for each other.
+        let (mut sum, mut other) = ([[0.0; N]; K], [[0.0; N]; K]);
+        let (pairs, odd) = indices.as_chunks::<2>();
+        let weight_pairs = weights.map(|w| &w.as_chunks::<2>().0[..pairs.len()]);
+        for (j, &[p, q]) in pairs.iter().enumerate() {
+            let (p, q) = (apart(p), apart(q));
             for k in 0..K {
-                let w = weights[k][j].to_f64();
-                (0..N).for_each(|i| sum[k][i] += w * apart[i]);
+                let [a, b] = weight_pairs[k][j];
+                add_scaled(&mut sum[k], a.to_f64(), &p);
+                add_scaled(&mut other[k], b.to_f64(), &q);
             }
         }
+        if let [p] = odd {
+            let p = apart(*p);
+            (0..K).for_each(|k| add_scaled(&mut sum[k], weights[k][indices.len() - 1].to_f64(), &p));
+        }
+        (0..K).for_each(|k| add_scaled(&mut sum[k], 1.0, &other[k]));
         if FIRST_IS_POSITION {
             (0..N).for_each(|i| sum[0][i] += base[i]);
         }

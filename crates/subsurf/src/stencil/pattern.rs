@@ -227,8 +227,8 @@ impl<'a> Composer<'a> {
     /// Rows of a level from those of the level before: face points, then what is made of them.
     fn compose(&mut self, level: usize, ring: usize) {
         let [.., before, need] = &mut self.needs[..=level] else { unreachable!("level 0 comes from nowhere") };
-        need.rows.clear();
-        need.rows.resize(need.vertices.len() * ring, 0.0);
+        // What an earlier face left there is overwritten.
+        need.rows.resize(need.rows.len().max(need.vertices.len() * ring), 0.0);
         let mut sum = vec![0.0; ring];
         for with_faces in [false, true] {
             let mut start = (0, 0);

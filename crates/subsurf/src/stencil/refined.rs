@@ -154,15 +154,15 @@ impl Writer<'_> {
             let (i, index_rest) = indices.split_at_mut(nonzero);
             let (w, weight_rest) = weights.split_at_mut(nonzero);
             (indices, weights) = (index_rest, weight_rest);
-            if nonzero == ring.len() {
-                for ((&(point, slot), i), w) in ring.iter().zip(i).zip(w) {
-                    (*i, *w) = (point, W::from_f64(row[slot as usize]));
+            // What is not zero, without a branch: a zero is overwritten by what follows.
+            let mut next = 0;
+            for &(point, slot) in ring {
+                if next == nonzero {
+                    break;
                 }
-                continue;
-            }
-            let terms = ring.iter().map(|&(point, slot)| (point, row[slot as usize])).filter(|term| term.1 != 0.0);
-            for ((term, i), w) in terms.zip(i).zip(w) {
-                (*i, *w) = (term.0, W::from_f64(term.1));
+                let weight = row[slot as usize];
+                (i[next], w[next]) = (point, W::from_f64(weight));
+                next += usize::from(weight != 0.0);
             }
         }
     }
