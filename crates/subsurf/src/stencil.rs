@@ -96,6 +96,29 @@ impl<W: Real> StencilTable<W> {
         Ok(Self { rows, weights })
     }
 
+    /// The same where the levels are at hand already: the first is that of the control points, each other one the
+    /// [`refinement`](Level::refine) of the one before, and the table is that of the vertices of the last.
+    ///
+    /// # Errors
+    /// As [`StencilTable::new`].
+    ///
+    /// # Panics
+    /// If there are no levels, or one is not a refinement of the one before.
+    pub fn of_levels(levels: &[Level], options: &StencilOptions) -> Result<Self, StencilError> {
+        for pair in levels.windows(2) {
+            let (scheme, depth) = (pair[0].scheme(), pair[0].depth() + 1);
+            let vertices = refined::child_vertex_count(&pair[0]);
+            let same = (pair[1].scheme(), pair[1].depth(), pair[1].topology().vertex_count());
+            assert_eq!(same, (scheme, depth, vertices), "a level is the refinement of the one before");
+        }
+        let [parents @ .., last] = levels else { panic!("no levels are given") };
+        let (rows, weights) = match parents {
+            [] => refined::rows(last, 0, options)?,
+            _ => refined::rows_of_levels(parents, options)?,
+        };
+        Ok(Self { rows, weights })
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows.len()

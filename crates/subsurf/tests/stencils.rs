@@ -93,6 +93,24 @@ fn stencils_of_a_level_are_refinement() {
 }
 
 #[test]
+fn any_level_may_hold_the_control_points() {
+    everywhere(10, |mesh, points, scheme| {
+        let (levels, values): (Vec<_>, Vec<_>) = refinements(mesh, points, scheme, 3).into_iter().unzip();
+        let options = StencilOptions::default();
+        let from_one = StencilTable::<f64>::new(&levels[1], 2).unwrap();
+        require(from_one == StencilTable::of_levels(&levels[1..], &options).unwrap(), || "levels at hand".to_owned())?;
+        let same = StencilTable::<f64>::of_levels(&levels[3..], &options).unwrap().apply(&values[3]);
+        require(same == values[3], || "a level over itself".to_owned())?;
+        for (a, b) in from_one.apply(&values[1]).iter().zip(&values[3]) {
+            // As above.
+            let error = apart(*a, *b) / unit(points);
+            require(error < 1e-14, || format!("{error:.1e} from refinement"))?;
+        }
+        Ok(())
+    });
+}
+
+#[test]
 fn stencils_of_all_levels_are_those_of_each_one_after_another() {
     everywhere(10, |mesh, points, scheme| {
         let control = Level::new(mesh, scheme).unwrap();
@@ -291,7 +309,11 @@ fn tables_and_values_have_the_same_bits_on_any_number_of_threads() {
             let patches = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
             let fine = level.refine().unwrap();
             let limit = LimitStencilTable::<f64>::of_level(&patches, &fine, &LimitStencilOptions::default()).unwrap();
-            let (points, frames) = (table.apply(&shape.positions), limit.frames(&shape.positions));
+            let (mut points, frames) = (table.apply(&shape.positions), limit.frames(&shape.positions));
+            let lower: Points = shape.positions.iter().map(|&[x, y, z]| [x, y, z - 1.0]).collect();
+            let all: Vec<u32> = (0..lower.len() as u32).collect();
+            assert_eq!(table.update(&table.dependents(), &lower, &all, &mut points).len(), points.len());
+            assert!(points == table.apply(&lower), "a large update is a full one");
             (table, points, limit, frames)
         })
     };

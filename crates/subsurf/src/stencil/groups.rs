@@ -4,11 +4,9 @@
 //! and holes are faces like others: refinement goes on inside them.
 
 use super::StencilError;
-use crate::index::{Face, Vertex};
+use crate::index::Face;
 use crate::limit::KeyHasher;
-use crate::mask::other_end;
 use crate::mesh::MAX_COUNT;
-use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -136,7 +134,6 @@ impl Gathered {
         let (mut walk, mut around) = (Walk::default(), Surroundings::default());
         for face in (chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())).map(Face::new) {
             t.surroundings(face, 0, &mut walk, &mut around);
-            add_other_sheets(t, face, &mut around);
             let group = match known.get(&around.key[..]) {
                 Some(&group) => group,
                 None => {
@@ -152,22 +149,5 @@ impl Gathered {
             out.end.push(out.ring.len() as u32);
         }
         out
-    }
-}
-
-/// Adds the far ends of creases that run through a corner of the face on sheets which the walk round the corner does not
-/// meet: they are part of the corner's mask.
-fn add_other_sheets(t: &Topology, face: Face, around: &mut Surroundings) {
-    for v in t.face_vertices(face).iter().map(|&v| Vertex(v)) {
-        if !t.is_non_manifold_vertex(v) || t.vertex_sharpness(v) >= INFINITE_SHARPNESS {
-            continue;
-        }
-        for end in t.sharp_edges(v).iter().map(|&e| other_end(t, e.into(), v).0) {
-            let slot = around.ring.iter().position(|&p| p == end).unwrap_or_else(|| {
-                around.ring.push(end);
-                around.ring.len() - 1
-            });
-            around.key.push(slot as u32);
-        }
     }
 }

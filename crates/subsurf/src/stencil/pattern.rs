@@ -140,7 +140,7 @@ impl<'a> Composer<'a> {
             need.vertices.clear();
             need.slots.clear(match level {
                 0 => self.levels[0].topology().vertex_count(),
-                _ => child_vertex_count(&self.levels[level - 1]),
+                _ => Children::of(&self.levels[level - 1]).count(),
             });
         }
         for (slot, &v) in ring.iter().enumerate() {
@@ -308,8 +308,4 @@ impl Children {
             Parent::Edge(Edge(v - self.vertices - self.faces))
         }
     }
-}
-
-fn child_vertex_count(level: &Level) -> usize {
-    Children::of(level).count()
 }

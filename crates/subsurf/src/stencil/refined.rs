@@ -16,32 +16,52 @@ use crate::topology::Topology;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Rows and weights of the levels that the options ask for.
+/// Rows and weights of the levels that the options ask for, over the vertices of `control`.
 pub(super) fn rows<W: Real>(
-    base: &Level,
+    control: &Level,
     depth: usize,
     options: &StencilOptions,
 ) -> Result<(Csr, Vec<W>), StencilError> {
-    let wanted = if options.all_levels { 1..depth + 1 } else { depth..depth + 1 };
     if depth == 0 {
-        return identity(base, wanted, options.most_weights);
+        return identity(control, wanted(depth, options), options.most_weights);
     }
-    let t = base.topology();
-    let groups = FaceGroups::new(t)?;
-    csr::check_count(estimate(base, &groups, wanted.clone()), options.most_weights)?;
-    let mut levels = vec![base.clone()];
+    let groups = FaceGroups::new(control.topology())?;
+    check_estimate(control, &groups, depth, options)?;
+    let mut levels = vec![control.clone()];
     while levels.len() < depth {
         levels.push(levels[levels.len() - 1].refine()?);
     }
+    write(&levels, &groups, options)
+}
+
+/// The same where levels 0 to N - 1 are at hand.
+pub(super) fn rows_of_levels<W: Real>(
+    levels: &[Level],
+    options: &StencilOptions,
+) -> Result<(Csr, Vec<W>), StencilError> {
+    let groups = FaceGroups::new(levels[0].topology())?;
+    check_estimate(&levels[0], &groups, levels.len(), options)?;
+    write(levels, &groups, options)
+}
+
+fn write<W: Real>(
+    levels: &[Level],
+    groups: &FaceGroups,
+    options: &StencilOptions,
+) -> Result<(Csr, Vec<W>), StencilError> {
+    let wanted = wanted(levels.len(), options);
     // The last level's topology is not needed, but its vertices must be countable.
-    levels[depth - 1].check_child()?;
+    levels[levels.len() - 1].check_child()?;
     let patterns: Vec<Pattern> = groups
         .representatives
         .par_iter()
-        .map_init(|| Composer::new(&levels), |composer, &f| composer.pattern(f, groups.ring(f), wanted.clone()))
+        .map_init(|| Composer::new(levels), |composer, &f| composer.pattern(f, groups.ring(f), wanted.clone()))
         .collect();
-    let writer = Writer { levels: &levels, rings: groups.ascending(), patterns: &patterns };
-    writer.write(wanted, options.most_weights)
+    Writer { levels, rings: groups.ascending(), patterns: &patterns }.write(wanted, options.most_weights)
+}
+
+fn wanted(depth: usize, options: &StencilOptions) -> Range<usize> {
+    if options.all_levels { 1..depth + 1 } else { depth..depth + 1 }
 }
 
 /// Level 0: every vertex is its own control point.
@@ -53,11 +73,16 @@ fn identity<W: Real>(base: &Level, wanted: Range<usize>, most: usize) -> Result<
     Ok((csr, vec![W::from_f64(1.0); rows]))
 }
 
-/// Number of weights, those that are zero counted in: vertices of a face times its ring.
-fn estimate(base: &Level, groups: &FaceGroups, wanted: Range<usize>) -> usize {
+/// Refuses more weights than are allowed. Those that are zero are counted in: vertices of a face times its ring.
+fn check_estimate(
+    base: &Level,
+    groups: &FaceGroups,
+    depth: usize,
+    options: &StencilOptions,
+) -> Result<(), StencilError> {
     let t = base.topology();
     // Beyond level 20 one face alone has more weights than are ever allowed.
-    let wanted = wanted.start.min(20)..wanted.end.min(21);
+    let wanted = wanted(depth.min(20), options);
     let vertices = |f: Face, level: usize| -> usize {
         match base.scheme().split() {
             SplitKind::Quads => t.sides(f).saturating_mul(power_of_four(level - 1)),
@@ -68,11 +93,17 @@ fn estimate(base: &Level, groups: &FaceGroups, wanted: Range<usize>) -> usize {
         let vertices = wanted.clone().map(|level| vertices(f, level)).fold(0, usize::saturating_add);
         vertices.saturating_mul(groups.ring(f).len())
     };
-    (0..t.face_count() as u32).map(|f| of_face(Face(f))).fold(0, usize::saturating_add)
+    let count = (0..t.face_count() as u32).map(|f| of_face(Face(f))).fold(0, usize::saturating_add);
+    csr::check_count(count, options.most_weights)
 }
 
 fn power_of_four(n: usize) -> usize {
     u32::try_from(n).ok().and_then(|n| 4usize.checked_pow(n)).unwrap_or(usize::MAX)
+}
+
+/// Number of vertices of the next level.
+pub(super) fn child_vertex_count(level: &Level) -> usize {
+    Children::of(level).count()
 }
 
 struct Writer<'a> {
@@ -100,7 +131,7 @@ impl Writer<'_> {
     fn write<W: Real>(&self, wanted: Range<usize>, most: usize) -> Result<(Csr, Vec<W>), StencilError> {
         let base = self.levels[0].topology();
         let counts: Vec<(usize, usize)> =
-            wanted.map(|level| (level, Children::of(&self.levels[level - 1]).count())).collect();
+            wanted.map(|level| (level, child_vertex_count(&self.levels[level - 1]))).collect();
         let rows = counts.iter().map(|c| c.1).sum();
         let lengths: Vec<u32> = counts
             .iter()
