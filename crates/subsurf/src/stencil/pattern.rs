@@ -19,42 +19,25 @@ use crate::scheme::SplitKind;
 use crate::topology::Topology;
 use std::ops::Range;
 
-/// No row: the face point's place under Loop.
-const NO_ROW: u32 = u32::MAX;
-
-/// Rows of one control face over its ring.
+/// Rows of one control face over its ring, dense, by level; levels that were not asked for are empty.
 pub(super) struct Pattern {
-    /// By level, those that were not asked for are empty.
-    levels: Vec<Rows>,
-    ring: usize,
+    pub levels: Vec<Rows>,
 }
 
-/// Dense rows of one level.
+/// Rows of one level.
 #[derive(Default)]
-struct Rows {
-    /// Row of every place.
-    row: Vec<u32>,
-    /// Number of weights that are not zero, by row.
-    nonzero: Vec<u32>,
-    /// `ring` weights to a row.
-    weights: Vec<f64>,
+pub(super) struct Rows {
+    /// The row of every place; empty for the face points' places under Loop.
+    pub places: Vec<Row>,
+    /// As many weights to a row as the ring has points.
+    pub weights: Vec<f64>,
 }
 
-impl Pattern {
-    /// Weights over the ring at a place of level `level`, and how many of them are not zero.
-    #[inline]
-    pub fn row(&self, level: usize, place: usize) -> (&[f64], usize) {
-        let rows = &self.levels[level];
-        let row = rows.row[place] as usize;
-        (&rows.weights[row * self.ring..(row + 1) * self.ring], rows.nonzero[row] as usize)
-    }
-
-    /// Number of weights that are not zero.
-    #[inline]
-    pub fn nonzero(&self, level: usize, place: usize) -> usize {
-        let rows = &self.levels[level];
-        rows.nonzero[rows.row[place] as usize] as usize
-    }
+/// Where a row starts among the weights, and how many of its weights are not zero.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Row {
+    pub start: u32,
+    pub nonzero: u32,
 }
 
 /// The faces of a refinement that lie in one face of its base, which is `depth` levels up.
@@ -147,10 +130,8 @@ impl<'a> Composer<'a> {
             let given = self.needs[0].slot(v);
             debug_assert_eq!(given as usize, slot, "a ring names no point twice");
         }
-        let mut out = Pattern { levels: (0..=finest).map(|_| Rows::default()).collect(), ring: ring.len() };
-        for level in wanted.clone() {
-            out.levels[level].row = self.seed(face, level);
-        }
+        let mut out = Pattern { levels: (0..=finest).map(|_| Rows::default()).collect() };
+        let places: Vec<_> = wanted.clone().map(|level| self.seed(face, level)).collect();
         let own: Vec<usize> = self.needs.iter().map(|need| need.vertices.len()).collect();
         for level in (1..=finest).rev() {
             self.expand(level);
@@ -163,17 +144,19 @@ impl<'a> Composer<'a> {
         for level in 1..=finest {
             self.compose(level, ring.len());
         }
-        for level in wanted {
+        for (level, places) in wanted.zip(places) {
             let weights = self.needs[level].rows[..own[level] * ring.len()].to_vec();
-            let nonzero = |row: &[f64]| row.iter().filter(|&&w| w != 0.0).count() as u32;
-            out.levels[level].nonzero = weights.chunks_exact(ring.len()).map(nonzero).collect();
-            out.levels[level].weights = weights;
+            let nonzero = |row: &[f64]| row.iter().map(|&w| u32::from(w != 0.0)).sum();
+            let nonzero: Vec<u32> = weights.chunks_exact(ring.len()).map(nonzero).collect();
+            let row = |slot: u32| Row { start: slot * ring.len() as u32, nonzero: nonzero[slot as usize] };
+            let places = places.iter().map(|slot| slot.map_or(Row::default(), row)).collect();
+            out.levels[level] = Rows { places, weights };
         }
         out
     }
 
     /// Asks for all places of a face; returns their slots.
-    fn seed(&mut self, face: Face, level: usize) -> Vec<u32> {
+    fn seed(&mut self, face: Face, level: usize) -> Vec<Option<u32>> {
         let split = self.levels[0].scheme().split();
         let within = faces_within(self.levels[0].topology(), split, face, level - 1);
         let parent = self.levels[level - 1].topology();
@@ -181,10 +164,10 @@ impl<'a> Composer<'a> {
         let need = &mut self.needs[level];
         let mut places = Vec::new();
         for f in within.map(Face) {
-            places.push(ids.face_point(f).map_or(NO_ROW, |v| need.slot(v)));
+            places.push(ids.face_point(f).map(|v| need.slot(v)));
             for h in (0..parent.sides(f)).map(|c| parent.half_edge(f, c)) {
-                places.push(need.slot(parent.origin(h).0));
-                places.push(need.slot(ids.edge_point(parent.edge(h))));
+                places.push(Some(need.slot(parent.origin(h).0)));
+                places.push(Some(need.slot(ids.edge_point(parent.edge(h)))));
             }
         }
         places

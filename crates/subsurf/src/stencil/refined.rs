@@ -6,7 +6,7 @@
 
 use super::csr::{self, Csr};
 use super::groups::{Ascending, FaceGroups};
-use super::pattern::{Children, Composer, Parent, Pattern, faces_within};
+use super::pattern::{Children, Composer, Parent, Pattern, Row, Rows, faces_within};
 use super::{StencilError, StencilOptions};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::real::Real;
@@ -166,7 +166,7 @@ impl Writer<'_> {
 
     fn length(&self, level: usize, v: u32) -> u32 {
         match self.place(level, v) {
-            Some(Place { face, place }) => self.patterns[self.rings.groups.group(face)].nonzero(level, place) as u32,
+            Some(Place { face, place }) => self.rows(level, face).places[place].nonzero,
             None => 1,
         }
     }
@@ -180,8 +180,10 @@ impl Writer<'_> {
                 (indices, weights) = (&mut indices[1..], &mut weights[1..]);
                 continue;
             };
-            let (row, nonzero) = self.patterns[self.rings.groups.group(face)].row(task.level, place);
             let ring = self.rings.ring(face);
+            let rows = self.rows(task.level, face);
+            let Row { start, nonzero } = rows.places[place];
+            let (row, nonzero) = (&rows.weights[start as usize..][..ring.len()], nonzero as usize);
             let (i, index_rest) = indices.split_at_mut(nonzero);
             let (w, weight_rest) = weights.split_at_mut(nonzero);
             (indices, weights) = (index_rest, weight_rest);
@@ -196,6 +198,11 @@ impl Writer<'_> {
                 next += usize::from(weight != 0.0);
             }
         }
+    }
+
+    #[inline]
+    fn rows(&self, level: usize, face: Face) -> &Rows {
+        &self.patterns[self.rings.groups.group(face)].levels[level]
     }
 
     /// A place of vertex `v` of level `level`; none for a vertex without faces.
