@@ -41,14 +41,12 @@ impl Default for StencilOptions {
 #[derive(Clone, PartialEq, Debug, Error)]
 #[non_exhaustive]
 pub enum StencilError {
-    /// A level does not fit into 32-bit indices, or the mesh does not suit the scheme.
+    /// A level does not fit into 32-bit indices, or a mesh has vertices of more faces than memory is for.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// More weights than allowed, or than 32 bits can count.
-    #[error("the stencils would have {count} {what}; at most {limit} are possible here: use fewer levels or places")]
+    #[error("the stencils would have {count} weights; at most {limit} are possible here: use fewer levels or places")]
     TooLarge {
-        /// What there are too many of.
-        what: &'static str,
         /// How many there would be.
         count: u64,
         /// How many there may be.
@@ -81,7 +79,8 @@ impl<W: Real> StencilTable<W> {
     /// The table of the level `depth` refinements below `control`, whose vertices are the control points.
     ///
     /// # Errors
-    /// [`StencilError::Mesh`] where a level overflows 32-bit indices, [`StencilError::TooLarge`] where the weights do.
+    /// [`StencilError::Mesh`] where a level overflows 32-bit indices or a vertex has more than some 10,000 faces,
+    /// [`StencilError::TooLarge`] where the weights overflow.
     pub fn new(control: &Level, depth: u32) -> Result<Self, StencilError> {
         Self::with_options(control, depth, &StencilOptions::default())
     }

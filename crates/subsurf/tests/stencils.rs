@@ -5,8 +5,8 @@ mod random_mesh;
 use random_mesh::{Mesh, for_all, recipe};
 use subsurf::shapes::{self, Shape};
 use subsurf::{
-    ControlMesh, Derivatives, Level, LimitStencilOptions, LimitStencilTable, Location, Orders, Part, PatchTable, Real,
-    Scheme, StencilError, StencilOptions, StencilTable, Tags,
+    ControlMesh, Derivatives, Level, LimitStencilOptions, LimitStencilTable, Location, MeshError, Orders, Part,
+    PatchTable, Real, Scheme, StencilError, StencilOptions, StencilTable, Tags,
 };
 
 const PARTS: [Part; 6] = [Part::Position, Part::Du, Part::Dv, Part::Duu, Part::Duv, Part::Dvv];
@@ -325,7 +325,7 @@ fn tables_and_values_have_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn what_would_not_fit_is_refused_before_it_is_made() {
-    let pole: Shape = shapes::interior_vertex(5_000);
+    let pole: Shape = shapes::interior_vertex(2_000);
     let level = Level::new(&pole.mesh, Scheme::CatmullClark).unwrap();
     let refuse = |depth: u32, most_weights: usize| {
         let options = StencilOptions { all_levels: depth % 2 == 1, most_weights };
@@ -337,6 +337,9 @@ fn what_would_not_fit_is_refused_before_it_is_made() {
         assert!(error.to_string().contains("use fewer levels"), "{error}");
     }
     assert!(matches!(refuse(1, 1000), StencilError::TooLarge { limit: 1000, .. }));
+    let pole = Level::new(&shapes::interior_vertex(20_000).mesh, Scheme::CatmullClark).unwrap();
+    let error = StencilTable::<f32>::new(&pole, 1).unwrap_err();
+    assert!(matches!(error, StencilError::Mesh(MeshError::TooLarge { .. })), "{error}");
 
     let small = shapes::cube();
     let patches = PatchTable::new(&small.mesh, Scheme::CatmullClark).unwrap();

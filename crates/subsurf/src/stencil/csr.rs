@@ -72,6 +72,10 @@ impl Csr {
     }
 
     /// One output. Sums are formed in `f64`, relative to the row's first control point; a row without any gives zeros.
+    ///
+    /// Of `f32` weights and values too: sums in `f32` take as long (the loop waits for control points, not for sums),
+    /// with twice the error; not relative to a point they save a third of the time, for eight times the error, and
+    /// more away from the origin.
     #[inline(always)]
     fn row<W: Real, T: Real, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
         &self,
@@ -124,7 +128,7 @@ pub(super) fn offsets(
     out.push(0);
     for length in lengths {
         end += length;
-        // Checked at the end, where the whole count is known.
+        // A count that wraps is refused below.
         out.push(end as u32);
     }
     check_count(end, most)?;
@@ -135,7 +139,7 @@ pub(super) fn offsets(
 pub(super) fn check_count(count: usize, most: usize) -> Result<(), StencilError> {
     let limit = most.min(MAX_COUNT);
     if count > limit {
-        return Err(StencilError::TooLarge { what: "weights", count: count as u64, limit: limit as u64 });
+        return Err(StencilError::TooLarge { count: count as u64, limit: limit as u64 });
     }
     Ok(())
 }

@@ -3,10 +3,9 @@
 //! Unlike the patches of a [`PatchTable`](crate::PatchTable), faces are taken whole, whatever their number of corners,
 //! and holes are faces like others: refinement goes on inside them.
 
-use super::StencilError;
 use crate::index::Face;
 use crate::limit::KeyHasher;
-use crate::mesh::MAX_COUNT;
+use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -17,8 +16,8 @@ use std::hash::BuildHasherDefault;
 const CHUNK: usize = 2048;
 
 /// Control points that all rings together may have beyond 64 per face: a gigabyte. A pole of valence n has n rings of
-/// 2 n points; 2^27 allows one of 8,000.
-const MOST_RING_POINTS: usize = 1 << 27;
+/// 2 n points; 2^28 allows one of 11,000.
+const MOST_RING_POINTS: usize = 1 << 28;
 
 type Keys = HashMap<Box<[u32]>, u32, BuildHasherDefault<KeyHasher>>;
 
@@ -33,10 +32,11 @@ pub(super) struct FaceGroups {
 
 impl FaceGroups {
     /// Groups the faces, in parallel.
-    pub fn new(t: &Topology) -> Result<Self, StencilError> {
+    pub fn new(t: &Topology) -> Result<Self, MeshError> {
         check_rings(t)?;
         let chunks: Vec<Gathered> =
             (0..t.face_count().div_ceil(CHUNK)).into_par_iter().map(|chunk| Gathered::of_chunk(t, chunk)).collect();
+        refuse_beyond(MAX_COUNT, chunks.iter().map(|c| c.ring.len()).sum())?;
         let mut out = Self { group: Vec::new(), offset: vec![0], ring: Vec::new(), representatives: Vec::new() };
         let mut known = Keys::default();
         for chunk in chunks {
@@ -102,17 +102,20 @@ impl Ascending<'_> {
 }
 
 /// Refuses meshes whose rings would not fit into memory, before any is made.
-fn check_rings(t: &Topology) -> Result<(), StencilError> {
-    // A face at a vertex adds at most its corners but two to the ring of the vertex.
+fn check_rings(t: &Topology) -> Result<(), MeshError> {
+    // Round an interior vertex a face adds its corners but two; a ring may have a few points more at boundaries.
     let mut around = vec![1usize; t.vertex_count()];
     for f in (0..t.face_count() as u32).map(Face) {
-        t.face_vertices(f).iter().for_each(|&v| around[v as usize] += t.sides(f) - 1);
+        t.face_vertices(f).iter().for_each(|&v| around[v as usize] += t.sides(f) - 2);
     }
     let count: usize = t.corners().iter().map(|&v| around[v as usize]).sum();
-    let limit = (MOST_RING_POINTS + 64 * t.face_count()).min(MAX_COUNT);
+    refuse_beyond(MOST_RING_POINTS + 64 * t.face_count(), count)
+}
+
+fn refuse_beyond(limit: usize, count: usize) -> Result<(), MeshError> {
     if count > limit {
         let what = "control points round its faces (a vertex of n faces needs n² of them)";
-        return Err(StencilError::TooLarge { what, count: count as u64, limit: limit as u64 });
+        return Err(MeshError::TooLarge { what, count, limit });
     }
     Ok(())
 }
