@@ -37,10 +37,12 @@
 
 #![forbid(unsafe_code)]
 
+mod adaptive;
 mod index;
 mod limit;
 mod mask;
 mod mesh;
+mod ptex;
 mod real;
 mod refine;
 mod scheme;
@@ -50,9 +52,13 @@ mod tags;
 mod tessellate;
 mod topology;
 
+pub use adaptive::{
+    AdaptiveError, AdaptiveKind, AdaptiveOptions, AdaptivePatch, AdaptiveRefinement, AdaptiveSize, MAX_ISOLATION,
+};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
+pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
