@@ -196,7 +196,7 @@ impl AdaptiveRefinement {
             if !chosen.contains(&true) {
                 break;
             }
-            let choice = level.choose(chosen);
+            let choice = level.choose(chosen, level.depth + 1 == isolation);
             if choice.faces > MOST_FACES {
                 return Err(AdaptiveError::TooManyFaces {
                     level: level.depth + 1,

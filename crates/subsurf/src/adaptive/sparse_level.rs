@@ -116,8 +116,9 @@ impl SparseLevel {
         around
     }
 
-    /// What refining the chosen faces means for everything else.
-    pub fn choose(&self, chosen: Vec<bool>) -> Choice {
+    /// What refining the chosen faces means for everything else. At the deepest level nothing is refined any more, and no
+    /// face needs others beside it.
+    pub fn choose(&self, chosen: Vec<bool>, to_deepest: bool) -> Choice {
         let mut vertex = vec![false; self.vertex_count()];
         let mut edge = vec![false; self.edge_ends.len()];
         let mut faces = 0;
@@ -132,10 +133,10 @@ impl SparseLevel {
             // Four children from three corners.
             faces += faces / 3;
         }
-        for f in (0..self.face_count()).filter(|&f| !chosen[f]) {
+        for f in (0..self.face_count()).filter(|&f| !chosen[f] && !to_deepest) {
             faces += self.corners(f).filter(|&c| vertex[self.vertex[c] as usize]).count();
         }
-        Choice { face: chosen, vertex, edge, faces }
+        Choice { face: chosen, vertex, edge, faces, to_deepest }
     }
 
     /// The next level: children of the chosen faces, and the ones that their vertices need beside them.
@@ -214,7 +215,7 @@ impl SparseLevel {
     /// Corners and edges of children are those of `refine/quad_split.rs`.
     fn split_to_quads(&self, choice: &Choice, points: &Points, halves: &[[u32; 2]], child: &mut Self) {
         let mut inside = Vec::new();
-        for f in (0..self.face_count()).filter(|&f| points.of_face[f] != NONE) {
+        for f in (0..self.face_count()).filter(|&f| points.of_face[f] != NONE && !choice.ends(f)) {
             let corners = self.corners(f);
             let sides = corners.len();
             let is_quad = sides == 4;
@@ -260,7 +261,7 @@ impl SparseLevel {
 
     /// Corners and edges of children are those of `refine/tri_split.rs`.
     fn split_to_triangles(&self, choice: &Choice, points: &Points, halves: &[[u32; 2]], child: &mut Self) {
-        for f in 0..self.face_count() {
+        for f in (0..self.face_count()).filter(|&f| !choice.ends(f)) {
             let c0 = self.first[f] as usize;
             let v: [u32; 3] = std::array::from_fn(|i| self.vertex[c0 + i]);
             let e: [usize; 3] = std::array::from_fn(|i| self.edge[c0 + i] as usize);
@@ -333,8 +334,17 @@ pub(super) struct Choice {
     /// Vertices and edges of chosen faces.
     pub vertex: Vec<bool>,
     pub edge: Vec<bool>,
-    /// Faces that the next level has at most.
+    /// Faces that the next level has, but for those in the middle of incomplete triangles.
     pub faces: usize,
+    /// The next level is the deepest.
+    pub to_deepest: bool,
+}
+
+impl Choice {
+    /// True for faces whose children cannot be needed.
+    fn ends(&self, f: usize) -> bool {
+        self.to_deepest && !self.face[f]
+    }
 }
 
 /// The vertex of the next level for every vertex, face and edge; `NONE` where it is not needed.
