@@ -213,7 +213,7 @@ impl Features<'_> {
         if self.level.corners(f).len() != scheme.patch_sides() {
             return true;
         }
-        if scheme.ignores_sharpness() {
+        if scheme == Scheme::Bilinear {
             return false;
         }
         let vertices = self.corner_vertices(f);
@@ -233,7 +233,7 @@ impl Features<'_> {
     fn patch(&self, f: usize) -> PatchShape {
         let corners = self.level.corners(f);
         let plain = PatchShape { kind: AdaptiveKind::Regular, sides: 0, sharpness: 0.0, cut_short: false };
-        if self.level.scheme().ignores_sharpness() {
+        if self.level.scheme() == Scheme::Bilinear {
             return plain;
         }
         let cut_short = self.corner_vertices(f).any(|v| self.is_semi_sharp(v));

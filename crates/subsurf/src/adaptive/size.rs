@@ -4,7 +4,7 @@
 use super::features::Around;
 use super::sparse_level::{Choice, SparseLevel};
 use super::{AdaptiveKind, AdaptiveRefinement};
-use crate::scheme::SplitKind;
+use crate::scheme::{Scheme, SplitKind};
 
 /// Counts and memory of the tables that a renderer keeps: a patch has the 32-bit indices of its control points and
 /// eight bytes of parameters, with single-crease patches four more; a refined point has a mask over the points of the level
@@ -33,10 +33,10 @@ pub struct AdaptiveSize {
 impl AdaptiveRefinement {
     /// Counts and memory.
     pub fn size(&self) -> AdaptiveSize {
-        let (regular, end_cap) = match (self.scheme.ignores_sharpness(), self.scheme.split()) {
-            (true, _) => (4, 4),
-            (false, SplitKind::Quads) => (16, 20),
-            (false, SplitKind::Triangles) => (12, 18),
+        let (regular, end_cap) = match self.scheme {
+            Scheme::CatmullClark => (16, 20),
+            Scheme::Loop => (12, 18),
+            Scheme::Bilinear => (4, 4),
         };
         let mut size = AdaptiveSize { patches: self.patches.len(), ..AdaptiveSize::default() };
         let mut end_caps = 0;
@@ -60,7 +60,7 @@ impl AdaptiveRefinement {
 /// Number of weights in the masks of the next level's points.
 pub(super) fn mask_weights(level: &SparseLevel, choice: &Choice, around: &[Around]) -> usize {
     let quads = level.scheme().split() == SplitKind::Quads;
-    let linear = level.scheme().ignores_sharpness();
+    let linear = level.scheme() == Scheme::Bilinear;
     // Vertices that faces add to the smooth masks of their vertices and edges: all but the two at an edge.
     let mut beside_vertex = vec![0u32; level.vertex_count()];
     let mut beside_edge = vec![0u32; level.edge_ends.len()];
