@@ -140,6 +140,45 @@ pub fn random(models: &Path, count: u64, first_seed: u64) -> Result<(), String> 
     run((first_seed..first_seed + count).map(|seed| random_shape(&models, seed)), 1..=4)
 }
 
+/// Isolation levels whose counts are committed: one that cuts sharpness short, one that seldom does.
+const COMMITTED: [u32; 2] = [2, 5];
+/// Shapes with at most so many Ptex faces have their neighbours committed.
+const SMALL: usize = 24;
+
+/// OpenSubdiv's counts and neighbours for the core's tests, which read the shapes of `dump-reference`.
+pub fn dump(models: &Path, out: &Path) -> Result<(), String> {
+    let mut text = format!(
+        "{{\"provenance\": \"OpenSubdiv {}, written by `peers dump-adaptive`; do not edit. Shapes: ../opensubdiv. \
+         tables: isolation level, single-crease patches on, vertices by level, patches by level [regular, boundary, \
+         single crease, end cap]; useInfSharpPatch on, generateLegacySharpCornerPatches off. ptex: per Ptex face \
+         [face, edge] across its four edges, or null.\"\n,\"shapes\": [\n",
+        crate::opensubdiv::version()
+    );
+    for (i, shape) in shapes(models, &PREFIXES)?.into_iter().map(round_sharpness).enumerate() {
+        let mut tables = Vec::new();
+        for (isolation, single_crease) in COMMITTED.iter().flat_map(|&l| [(l, false), (l, true)]) {
+            let theirs = adaptive::refine(&shape, isolation, single_crease)?;
+            let mut counts = vec![[0; 4]; theirs.vertices.len()];
+            for p in &theirs.patches {
+                let (_, level, _, _, kind, ..) = of_theirs(p, shape.scheme, single_crease);
+                counts[level as usize][kind as usize] += 1;
+            }
+            tables
+                .push(format!("\n  [{isolation},{single_crease},{:?},{counts:?}]", theirs.vertices).replace(", ", ","));
+        }
+        let (_, across) = adaptive::ptex(&shape)?;
+        let edge = |e: &Option<(u32, u8)>| e.map_or("null".to_string(), |(face, edge)| format!("[{face},{edge}]"));
+        let row = |e: &[Option<(u32, u8)>; 4]| format!("[{}]", e.iter().map(edge).collect::<Vec<_>>().join(","));
+        let small = across.len() <= SMALL && compare_ptex(&shape)?.1 == 0;
+        let rows = across.iter().map(row).collect::<Vec<_>>().join(",");
+        text.push_str(if i > 0 { ",\n" } else { "" });
+        text.push_str(&format!(" {{\"shape\": \"{}\", \"tables\": [{}]", shape.name, tables.join(",")));
+        text.push_str(&if small { format!(",\n  \"ptex\": [{rows}]}}") } else { "}".to_string() });
+    }
+    text.push_str("\n]}\n");
+    std::fs::write(out, text).map_err(|e| format!("{}: {e}", out.display()))
+}
+
 /// Ptex numbers and neighbours of all regression shapes.
 pub fn ptex(models: &Path) -> Result<(), String> {
     let (mut total, mut conflicts) = (0, 0);

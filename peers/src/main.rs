@@ -14,6 +14,7 @@ const USAGE: &str = "usage:
   peers compare-adaptive LEVELS FILE.obj...  the same on any files, LEVELS 10 at most
   peers compare-adaptive-random COUNT      the same on random meshes and tags, levels 1 to 4
   peers compare-ptex                       Ptex numbers and neighbours
+  peers dump-adaptive OUT_FILE             OpenSubdiv's adaptive counts and Ptex neighbours, for the core's tests
   peers dump-reference OUT_DIR             OpenSubdiv's refinement of the regression shapes, for the core's tests
   peers show FILE.obj LEVEL                OpenSubdiv's faces, edges and vertices of one level as text
 Levels are 15 at most.";
@@ -40,6 +41,7 @@ fn run(words: &[&str]) -> Result<(), String> {
         ["compare-adaptive", levels, files @ ..] => compare_adaptive::files(number(levels)?, files),
         ["compare-adaptive-random", count] => compare_adaptive::random(&shapes_folder(), number(count)?, 0),
         ["compare-ptex"] => compare_adaptive::ptex(&shapes_folder()),
+        ["dump-adaptive", out] => compare_adaptive::dump(&shapes_folder(), Path::new(out)),
         ["dump-reference", out] => dump_reference::run(&shapes_folder(), Path::new(out)),
         ["show", file, level] => show(file, number(level)?),
         _ => Err(USAGE.to_string()),

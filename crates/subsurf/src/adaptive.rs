@@ -169,6 +169,10 @@ impl AdaptiveRefinement {
     /// # Errors
     /// As [`AdaptiveRefinement::new`].
     pub fn from_topology(t: &Topology, scheme: Scheme, options: AdaptiveOptions) -> Result<Self, AdaptiveError> {
+        Self::find(t, scheme, options, MOST_FACES)
+    }
+
+    fn find(t: &Topology, scheme: Scheme, options: AdaptiveOptions, most_faces: usize) -> Result<Self, AdaptiveError> {
         let isolation = options.isolation;
         if !(1..=MAX_ISOLATION).contains(&isolation) {
             return Err(AdaptiveError::Isolation { isolation });
@@ -184,8 +188,7 @@ impl AdaptiveRefinement {
         loop {
             vertices.push(level.vertex_count());
             let around = level.around_vertices();
-            let features =
-                Features { level: &level, around: &around, single_crease: options.single_crease, isolation };
+            let features = Features { level: &level, around: &around, single_crease: options.single_crease, isolation };
             let verdict = |f: usize| level.complete[f].then(|| features.verdict(f));
             let verdicts: Vec<Option<Verdict>> = (0..level.face_count()).into_par_iter().map(verdict).collect();
             patches.extend(verdicts.iter().zip(&level.place).filter_map(|(verdict, &place)| match verdict {
@@ -197,11 +200,11 @@ impl AdaptiveRefinement {
                 break;
             }
             let choice = level.choose(chosen, level.depth + 1 == isolation);
-            if choice.faces > MOST_FACES {
+            if choice.faces > most_faces {
                 return Err(AdaptiveError::TooManyFaces {
                     level: level.depth + 1,
                     faces: choice.faces,
-                    limit: MOST_FACES,
+                    limit: most_faces,
                 });
             }
             mask_weights.push(size::mask_weights(&level, &choice, &around));

@@ -218,7 +218,8 @@ mod tests {
             let surface = table.surface(&shape.positions);
             let sides = scheme.patch_sides();
             let point = |e: PtexEdge, end: usize| {
-                let corners = if sides == 4 { [(0, 0), (1, 0), (1, 1), (0, 1)] } else { [(0, 0), (1, 0), (0, 1), (0, 0)] };
+                let corners =
+                    if sides == 4 { [(0, 0), (1, 0), (1, 1), (0, 1)] } else { [(0, 0), (1, 0), (0, 1), (0, 0)] };
                 let (u, v) = corners[(e.edge as usize + end) % sides];
                 surface.position(ptex.location(e.ptex_face, f64::from(u), f64::from(v)))
             };

@@ -114,8 +114,7 @@ struct Spokes {
 fn goes_straight(t: &Topology, v: Vertex) -> bool {
     let Some(start) = t.outgoing(v) else { return false };
     let next = |&h: &HalfEdge| t.turn_left(h).filter(|&h| h != start);
-    let sharp: Vec<bool> =
-        std::iter::successors(Some(start), next).map(|h| t.is_infinitely_sharp(t.edge(h))).collect();
+    let sharp: Vec<bool> = std::iter::successors(Some(start), next).map(|h| t.is_infinitely_sharp(t.edge(h))).collect();
     let half = sharp.len() / 2;
     (0..half).all(|i| sharp[i] == sharp[i + half])
 }
@@ -244,8 +243,8 @@ impl Features<'_> {
         let sides = corners.clone().enumerate().fold(0, |bits, (i, c)| bits | u8::from(sharp_side(c)) << i);
         // A triangle also reaches across its corners, to points beyond a boundary that it touches there only.
         let touches = |v: usize| self.level.vertex_tag[v].sharp_edges;
-        let ends = sides != 0
-            || self.level.scheme().split() == SplitKind::Triangles && self.corner_vertices(f).any(touches);
+        let ends =
+            sides != 0 || self.level.scheme().split() == SplitKind::Triangles && self.corner_vertices(f).any(touches);
         if ends {
             return PatchShape { kind: AdaptiveKind::Boundary, sides, cut_short, ..plain };
         }
@@ -296,7 +295,8 @@ impl Features<'_> {
                 return None;
             }
         }
-        let side = (0..4).find(|&i| crease[i] && crease[(i + 1) % 4] && !crease[(i + 2) % 4] && !crease[(i + 3) % 4])?;
+        let side =
+            (0..4).find(|&i| crease[i] && crease[(i + 1) % 4] && !crease[(i + 2) % 4] && !crease[(i + 3) % 4])?;
         let s = self.level.edge_sharpness[self.level.edge[corners.start + side] as usize];
         (s > 0.0).then_some((side, s))
     }

@@ -49,8 +49,7 @@ impl AdaptiveRefinement {
         let per_patch = if self.options.single_crease { 12 } else { 8 };
         size.refined_points = self.vertices[1..].iter().sum();
         size.end_cap_points = end_caps * end_cap;
-        size.patch_bytes =
-            4 * (regular * (size.patches - end_caps) + end_cap * end_caps) + per_patch * size.patches;
+        size.patch_bytes = 4 * (regular * (size.patches - end_caps) + end_cap * end_caps) + per_patch * size.patches;
         size.mask_bytes = 8 * self.mask_weights.iter().sum::<usize>() + 4 * size.refined_points;
         size.point_bytes = 12 * (self.vertices[0] + size.refined_points + size.end_cap_points);
         size

@@ -279,11 +279,8 @@ impl SparseLevel {
             for c in (0..3).filter(|&c| kept[c]) {
                 let before = (c + 2) % 3;
                 let mut vertices = [points.of_vertex[v[c] as usize], point[c], point[before]];
-                let mut edges = [
-                    self.half_at(halves, e[c], v[c], true),
-                    inside[c],
-                    self.half_at(halves, e[before], v[c], false),
-                ];
+                let mut edges =
+                    [self.half_at(halves, e[c], v[c], true), inside[c], self.half_at(halves, e[before], v[c], false)];
                 let mut sectors = [self.sector[c0 + c], 3, 3];
                 vertices.rotate_right(c);
                 edges.rotate_right(c);
