@@ -26,6 +26,7 @@ use crate::mesh::{ControlMesh, MeshError};
 use crate::ptex::PtexFaces;
 use crate::refine::scheme_topology;
 use crate::scheme::{Scheme, SplitKind};
+use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::Topology;
 use features::{Features, PatchShape, Verdict};
 use rayon::prelude::*;
@@ -51,6 +52,15 @@ impl Default for AdaptiveOptions {
     /// Ten levels, which bring every sharpness to its end, with single-crease patches.
     fn default() -> Self {
         Self { isolation: MAX_ISOLATION, single_crease: true }
+    }
+}
+
+impl AdaptiveOptions {
+    /// As many levels as finite sharpness needs to decay on this mesh, at least 4 and at most [`MAX_ISOLATION`].
+    pub fn for_sharpness_of(t: &Topology, single_crease: bool) -> Self {
+        let finite = t.edge_sharpness.iter().chain(&t.vertex_sharpness).filter(|s| **s < INFINITE_SHARPNESS);
+        let most = finite.fold(0.0f64, |most, &s| most.max(s));
+        Self { isolation: (most.ceil() as u32).clamp(4, MAX_ISOLATION), single_crease }
     }
 }
 

@@ -145,6 +145,18 @@ fn what_is_exactly_one_patch_here_is_one_patch_of_the_same_kind_in_the_patch_tab
 }
 
 #[test]
+fn levels_for_the_sharpness_of_a_mesh_cut_none_short() {
+    for (shape, scheme) in everything() {
+        let topology = scheme_topology(&shape.mesh, scheme).unwrap();
+        for single_crease in [false, true] {
+            let options = AdaptiveOptions::for_sharpness_of(&topology, single_crease);
+            let table = AdaptiveRefinement::from_topology(&topology, scheme, options).unwrap();
+            assert_eq!(table.size().cut_short, 0, "{} {options:?}", shape.name);
+        }
+    }
+}
+
+#[test]
 fn a_place_in_a_hole_has_no_patch() {
     let holes = Tags { holes: vec![5], ..Tags::default() };
     let table = refined(&shapes::grid(4, 4).tagged("hole", holes), Scheme::CatmullClark, 3, true);
