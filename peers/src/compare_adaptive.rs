@@ -227,3 +227,24 @@ fn compare_ptex(shape: &Shape) -> Result<(usize, usize), String> {
     }
     Ok((across.len(), conflicts))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cube_with_a_crease_has_opensubdivs_patches_and_neighbours() {
+        let text = "v -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 -1\nv 1 -1 -1\n\
+            f 1 2 4 3\nf 3 4 6 5\nf 5 6 8 7\nf 7 8 2 1\nf 2 8 6 4\nf 7 1 3 5\nt crease 2/1/0 0 1 2.5";
+        let cube = Shape::parse("catmark_cube", text).unwrap();
+        compare_ptex(&cube).unwrap();
+        run([cube].into_iter(), ISOLATIONS).unwrap();
+    }
+
+    #[test]
+    #[ignore = "needs ../shared/models; cargo test -- --ignored"]
+    fn every_regression_shape_has_opensubdivs_patches_and_neighbours() {
+        regression_shapes(&crate::shapes_folder()).unwrap();
+        ptex(&crate::shapes_folder()).unwrap();
+    }
+}
