@@ -128,7 +128,8 @@ fn first_extrapolation(levels: &[OsdLevel]) -> Option<usize> {
     })
 }
 
-fn round_sharpness(mut shape: Shape) -> Shape {
+/// Sharpness as OpenSubdiv stores it.
+pub(crate) fn round_sharpness(mut shape: Shape) -> Shape {
     shape.tags.creases.iter_mut().for_each(|c| c.sharpness = f64::from(c.sharpness as f32));
     shape.tags.corners.iter_mut().for_each(|c| c.sharpness = f64::from(c.sharpness as f32));
     shape

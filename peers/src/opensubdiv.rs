@@ -28,7 +28,7 @@ struct PeerShape {
 }
 
 #[repr(C)]
-struct PeerRefiner {
+pub(crate) struct PeerRefiner {
     _opaque: [u8; 0],
 }
 
@@ -167,7 +167,7 @@ impl Default for Approximation {
     }
 }
 
-struct Refiner(*mut PeerRefiner);
+pub(crate) struct Refiner(pub(crate) *mut PeerRefiner);
 
 impl Drop for Refiner {
     fn drop(&mut self) {
@@ -177,7 +177,7 @@ impl Drop for Refiner {
 }
 
 impl Refiner {
-    fn new(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Self, String> {
+    pub(crate) fn new(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Self, String> {
         assert!(levels < 16, "OpenSubdiv stores the level in four bits");
         let ints = |values: &[u32]| -> Vec<c_int> { values.iter().map(|&v| v as c_int).collect() };
         let (counts, indices, holes) = (ints(&shape.counts), ints(&shape.indices), ints(&shape.tags.holes));

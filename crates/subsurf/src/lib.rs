@@ -42,11 +42,13 @@
 
 #![forbid(unsafe_code)]
 
+mod adaptive;
 mod channel;
 mod index;
 mod limit;
 mod mask;
 mod mesh;
+mod ptex;
 mod real;
 mod refine;
 mod scheme;
@@ -58,10 +60,14 @@ mod tessellate;
 mod topology;
 mod triangulate;
 
+pub use adaptive::{
+    AdaptiveError, AdaptiveKind, AdaptiveOptions, AdaptivePatch, AdaptiveRefinement, AdaptiveSize, MAX_ISOLATION,
+};
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
+pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;

@@ -31,6 +31,10 @@ fn wrong_usage_has_status_2_and_leaves_standard_output_alone() {
         format!("render {cube} -o out.png --camera 1,2"),
         format!("render {cube} -o out.png --show nothing"),
         format!("render {cube} -o out.png --background red"),
+        format!("render {cube} -o out.png --baseline feature-adaptive"),
+        format!("render {cube} -o out.png --show levels --baseline octree"),
+        format!("info {cube} --isolation 4"),
+        format!("info {cube} --baseline feature-adaptive --isolation 11"),
     ] {
         let run = folder.run(&args);
         assert_eq!(run.status, 2, "{args}: {}{}", run.stdout, run.stderr);
