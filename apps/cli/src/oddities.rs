@@ -154,6 +154,9 @@ mod tests {
         let mesh = ControlMesh::new(&faces, subsurf::Tags::default()).unwrap();
         let found = found(&mesh, &Topology::new(&mesh).unwrap());
         let said: Vec<String> = found.iter().map(Oddity::to_string).collect();
-        assert!(said.contains(&"3 edges with equal ends made infinitely sharp (at vertex 3, at vertex 5)".to_owned()), "{said:?}");
+        assert!(
+            said.contains(&"3 edges with equal ends made infinitely sharp (at vertex 3, at vertex 5)".to_owned()),
+            "{said:?}"
+        );
     }
 }
