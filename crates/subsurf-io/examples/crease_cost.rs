@@ -9,7 +9,7 @@
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
-use subsurf::{ControlMesh, Crease, Face, Location, PatchTable, Scheme, Tags, shapes};
+use subsurf::{ControlMesh, Crease, Face, Location, MeshError, PatchTable, Scheme, Tags, shapes};
 use subsurf_io::{ReadOptions, read};
 
 /// Places on each face at a crease, within 1/4, 1/16, … of a side.
@@ -63,7 +63,7 @@ fn places(mesh: &ControlMesh) -> Vec<Location> {
 }
 
 /// 64 × 64 squares of two triangles, with a crease along every fourth row.
-fn regular() -> Result<(ControlMesh, Vec<[f64; 3]>), Box<dyn Error>> {
+fn regular() -> Result<(ControlMesh, Vec<[f64; 3]>), MeshError> {
     const SIDE: u32 = 64;
     let grid = shapes::grid(SIDE, SIDE).triangulated();
     let row = |y: u32| (0..SIDE).map(move |x| Crease::new(y * (SIDE + 1) + x, y * (SIDE + 1) + x + 1, 1.0));
