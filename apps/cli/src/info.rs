@@ -144,10 +144,13 @@ impl Facts<'_> {
         page.line("interior", &histogram(&c.interior));
         page.line("boundary", &histogram(&c.boundary));
         let ordinary = match self.scheme {
-            Scheme::Loop => "not 6 inside, not 4 on the boundary (or 2 at a corner)",
-            _ => "not 4 inside, not 3 on the boundary (or 2 at a corner)",
+            Scheme::Loop => Some("not 6 inside, not 4 on the boundary (or 2 at a corner)"),
+            Scheme::Bilinear => None,
+            _ => Some("not 4 inside, not 3 on the boundary (or 2 at a corner)"),
         };
-        page.row("extraordinary", c.extraordinary, ordinary);
+        if let Some(ordinary) = ordinary {
+            page.row("extraordinary", c.extraordinary, ordinary);
+        }
         page.section("Tags");
         page.row("creases", c.creases.count, &c.creases.describe());
         page.row("corners", c.corners.count, &c.corners.describe());
@@ -180,8 +183,12 @@ impl Facts<'_> {
         }
         if let Some(size) = &self.size {
             page.section("Patch table");
-            let regular = if self.scheme == Scheme::Loop { "quartic" } else { "bicubic" };
-            page.row("patches", size.patches, &format!("{} of them one {regular} patch", size.regular_patches));
+            let kinds = match self.scheme {
+                Scheme::Loop => format!("{} of them one quartic patch", size.regular_patches),
+                Scheme::Bilinear => "bilinear".to_owned(),
+                _ => format!("{} of them one bicubic patch", size.regular_patches),
+            };
+            page.row("patches", size.patches, &kinds);
             page.row(
                 "plans",
                 size.plans,
