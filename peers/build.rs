@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SHIM: &str = "shim/opensubdiv.cpp";
+const SHIM: [&str; 3] = ["shim/opensubdiv.cpp", "shim/surface.cpp", "shim/face_varying.cpp"];
 
 fn main() {
-    println!("cargo:rerun-if-changed={SHIM}");
+    println!("cargo:rerun-if-changed=shim");
     println!("cargo:rerun-if-env-changed=OPENSUBDIV_SOURCE");
     let root = match std::env::var_os("OPENSUBDIV_SOURCE") {
         Some(folder) => PathBuf::from(folder),
@@ -22,7 +22,7 @@ fn main() {
     );
 
     let mut build = cc::Build::new();
-    build.cpp(true).std("c++14").opt_level(2).include(&root).warnings(false).file(SHIM);
+    build.cpp(true).std("c++14").opt_level(2).include(&root).warnings(false).files(SHIM);
     if std::env::var_os("CARGO_FEATURE_ASSERTS").is_none() {
         build.define("NDEBUG", None);
     }
