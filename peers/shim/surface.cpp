@@ -103,7 +103,10 @@ bool peer_eval_patches(PeerShape const* s, double const* points, int level, int 
             Point<double> sum;
             sum.Clear();
             for (int k = 0; k < control.size(); ++k) sum.AddWithWeight(all[control[k]], weights[row][k]);
-            std::copy(sum.v, sum.v + 3, jet + 3 * row);
+            // On faces split into sub-faces Far takes (u, v) in the unit square and differentiates by half of them.
+            bool half = table->GetPatchParam(*handle).NonQuadRoot() && row > 0;
+            double scale = !half ? 1 : row < 3 ? 0.5 : 0.25;
+            for (int k = 0; k < 3; ++k) jet[3 * row + k] = scale * sum.v[k];
         }
     }
     return true;

@@ -1,6 +1,7 @@
 //! Other implementations of subdivision surfaces beside ours: reference numbers, comparison.
 
 pub mod compare_refine;
+pub mod conformance;
 pub mod dump_reference;
 pub mod opensubdiv;
 pub mod random_shapes;

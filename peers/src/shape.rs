@@ -3,9 +3,9 @@
 //! regression tests: edge-only boundaries, uniform creasing.
 
 use std::path::{Path, PathBuf};
-use subsurf::{Boundary, Corner, Crease, Creasing, FaceVarying, Rules, Tags, Triangles};
+use subsurf::{Boundary, ControlMesh, Corner, Crease, Creasing, FaceVarying, Rules, Tags, Triangles};
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Scheme {
     Bilinear,
     CatmullClark,
@@ -163,6 +163,24 @@ impl Shape {
             _ => {}
         }
         Some(())
+    }
+
+    /// The mesh in our terms.
+    ///
+    /// # Errors
+    /// What our constructor says.
+    pub fn mesh(&self) -> Result<ControlMesh, String> {
+        ControlMesh::from_counts(self.positions.len(), &self.counts, self.indices.clone(), self.tags.clone())
+            .map_err(|e| e.to_string())
+    }
+
+    /// The scheme in our terms.
+    pub fn our_scheme(&self) -> subsurf::Scheme {
+        match self.scheme {
+            Scheme::Bilinear => subsurf::Scheme::Bilinear,
+            Scheme::CatmullClark => subsurf::Scheme::CatmullClark,
+            Scheme::Loop => subsurf::Scheme::Loop,
+        }
     }
 
     /// Length of the diagonal of the box around the control points.
