@@ -13,6 +13,8 @@
 //! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
 //! 6. [`Tessellation`]: the limit surface as a watertight mesh.
 //!
+//! A [`Channel`] holds face-varying (or varying) values over the same faces; it is refined by 3 and evaluated by 4 to 6.
+//!
 //! ```
 //! use subsurf::{ControlMesh, Crease, Location, PatchTable, Scheme, Tags};
 //!
@@ -37,6 +39,7 @@
 
 #![forbid(unsafe_code)]
 
+mod channel;
 mod index;
 mod limit;
 mod mask;
@@ -50,6 +53,7 @@ mod tags;
 mod tessellate;
 mod topology;
 
+pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};

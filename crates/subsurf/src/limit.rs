@@ -7,6 +7,7 @@ mod deflated;
 mod eigen;
 mod jet;
 mod level;
+mod linear_boundary;
 mod local_step;
 mod patch_table;
 pub(crate) mod plan;

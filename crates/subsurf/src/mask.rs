@@ -5,7 +5,7 @@ use crate::index::{Edge, Face, Vertex};
 use crate::scheme::Scheme;
 use crate::sharpness::{Rule, edge_half, vertex_rules};
 use crate::tags::Creasing;
-use crate::topology::Topology;
+use crate::topology::{Interpolation, Topology};
 
 /// Weights over vertices of the parent level and over the centroids of its faces; they sum to one.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,9 +33,8 @@ impl Mask {
 pub(crate) fn edge_mask(t: &Topology, scheme: Scheme, e: Edge, mask: &mut Mask) {
     mask.clear();
     let s = t.edge_sharpness(e);
-    let whole = scheme.ignores_sharpness()
-        || s >= 1.0
-        || (s > 0.0 && t.rules().creasing == Creasing::Chaikin && stays_sharp(t, e));
+    let whole =
+        is_linear(t, scheme) || s >= 1.0 || (s > 0.0 && t.rules().creasing == Creasing::Chaikin && stays_sharp(t, e));
     let sharp = if whole { 1.0 } else { s };
     if sharp < 1.0 {
         scheme.smooth_edge_mask(t, e, 1.0 - sharp, mask);
@@ -47,6 +46,11 @@ pub(crate) fn edge_mask(t: &Topology, scheme: Scheme, e: Edge, mask: &mut Mask) 
     }
 }
 
+/// True where all rules are the linear ones.
+fn is_linear(t: &Topology, scheme: Scheme) -> bool {
+    scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear
+}
+
 fn stays_sharp(t: &Topology, e: Edge) -> bool {
     t.edge_vertices(e).iter().all(|&v| edge_half(t, e, v) > 0.0)
 }
@@ -54,7 +58,7 @@ fn stays_sharp(t: &Topology, e: Edge) -> bool {
 /// The new position of vertex `v`.
 pub(crate) fn vertex_mask(t: &Topology, scheme: Scheme, v: Vertex, mask: &mut Mask) {
     mask.clear();
-    if scheme.ignores_sharpness() {
+    if is_linear(t, scheme) {
         return mask.vertex(v, 1.0);
     }
     let rules = vertex_rules(t, v);

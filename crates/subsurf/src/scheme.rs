@@ -45,11 +45,6 @@ impl Scheme {
         }
     }
 
-    /// True where all rules are the linear ones.
-    pub(crate) fn ignores_sharpness(self) -> bool {
-        self == Scheme::Bilinear
-    }
-
     /// Adds `weight` times the mask of a smooth edge.
     pub(crate) fn smooth_edge_mask(self, t: &Topology, e: Edge, weight: f64, mask: &mut Mask) {
         match self.split() {

@@ -29,7 +29,8 @@ fn chaikin_or_uniform(t: &Topology, v: Vertex, s: f64) -> f64 {
         return decay(s);
     }
     let (mut count, mut sum) = (0, 0.0);
-    for other in sharpness_at(t, v).filter(|&s| is_semi_sharp(s)) {
+    let across = t.across_seam(v).iter().copied();
+    for other in sharpness_at(t, v).chain(across).filter(|&s| is_semi_sharp(s)) {
         count += 1;
         sum += other;
     }
@@ -48,6 +49,11 @@ fn sharpness_at(t: &Topology, v: Vertex) -> impl Iterator<Item = f64> {
 /// Sharpness one level down of the edges at `v` that a cut-out topology does not hold.
 pub(crate) fn foreign_half(t: &Topology, v: Vertex) -> Vec<f64> {
     t.foreign_sharpness(v).iter().map(|&s| chaikin_or_uniform(t, v, s)).filter(|&s| s > 0.0).collect()
+}
+
+/// Sharpness one level down of the edges at `v` that lie beyond a seam.
+pub(crate) fn seam_half(t: &Topology, v: Vertex) -> Vec<f64> {
+    t.across_seam(v).iter().map(|&s| chaikin_or_uniform(t, v, s)).filter(|&s| s > 0.0).collect()
 }
 
 /// Which mask a vertex takes.
@@ -78,7 +84,7 @@ pub(crate) fn vertex_rules(t: &Topology, v: Vertex) -> VertexRules {
     if s == 0.0 && edges.len() < 2 {
         return same(Rule::Smooth);
     }
-    if s >= INFINITE_SHARPNESS {
+    if s >= INFINITE_SHARPNESS || t.is_on_linear_boundary(v) {
         return same(Rule::Corner);
     }
     let foreign = t.foreign_sharpness(v);

@@ -13,9 +13,11 @@
 //! boundary. Sharpness here is *effective*: clamped to `[0, 10]`, boundary and non-manifold rules applied.
 
 mod build;
+mod channel;
 mod check;
 mod cut_out;
 
+pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Surroundings, Walk};
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
@@ -59,9 +61,15 @@ pub struct Topology {
     pub(crate) sharp_edges: Vec<u32>,
     pub(crate) hole: Vec<bool>,
     pub(crate) rules: Rules,
-    /// Sharpness of edges at a vertex that are not part of this table: only where a table holds a cut-out of a mesh
-    /// and the vertex lies on a non-manifold crease.
+    /// Sharpness of edges at a vertex that are not part of its fan, yet count as its sharp edges: where a table holds a
+    /// cut-out of a mesh and the vertex lies on a non-manifold crease, and where one face-varying value depends on
+    /// another.
     pub(crate) foreign_sharpness: BTreeMap<u32, Vec<f64>>,
+    /// Semi-sharp edges that matter to Chaikin's averages at a vertex and to nothing else: those on the other side of a
+    /// seam of a face-varying channel.
+    pub(crate) across_seam: BTreeMap<u32, Vec<f64>>,
+    /// How values over this table are interpolated.
+    pub(crate) interpolation: Interpolation,
     /// By edge and end: sharpness of the edge's half there, one level down. Only where a table holds a cut-out of a mesh,
     /// creasing is Chaikin's, and other edges at that end, which this table does not hold, have a say.
     pub(crate) far_half: BTreeMap<(u32, u32), f64>,
@@ -241,6 +249,20 @@ impl Topology {
             return &[];
         }
         self.foreign_sharpness.get(&v.0).map_or(&[], Vec::as_slice)
+    }
+
+    /// Sharpness of edges beyond a seam at `v`, which Chaikin's averages take in.
+    pub(crate) fn across_seam(&self, v: Vertex) -> &[f64] {
+        if self.across_seam.is_empty() {
+            return &[];
+        }
+        self.across_seam.get(&v.0).map_or(&[], Vec::as_slice)
+    }
+
+    /// True where `v` lies on a boundary that is kept piecewise linear.
+    pub(crate) fn is_on_linear_boundary(&self, v: Vertex) -> bool {
+        self.interpolation == Interpolation::LinearBoundaries
+            && self.sharp_edges(v).iter().any(|&e| self.edge_flags[e as usize].boundary)
     }
 
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.

@@ -59,7 +59,7 @@ pub(crate) fn corner(t: &Topology, h: HalfEdge, split: SplitKind) -> (Corner, Ha
     let v = t.origin(h);
     let sharp = |e: Edge| t.edge_sharpness(e) > 0.0;
     let sharp_count = t.sharp_edges(v).len() + t.foreign_sharpness(v).len();
-    let pinned = t.vertex_sharpness(v) >= INFINITE_SHARPNESS || sharp_count > 2;
+    let pinned = t.vertex_sharpness(v) >= INFINITE_SHARPNESS || sharp_count > 2 || t.is_on_linear_boundary(v);
     // Clockwise to the sector's first spoke, or once round.
     let (mut start, mut i) = (h, 0);
     while !sharp(t.edge(start)) {
@@ -135,6 +135,26 @@ pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<C
     grid
 }
 
+/// The vertex at the start of `h` and its neighbours, counter-clockwise from `e_0`: in quads the far ends of spokes and the
+/// corners opposite in turn, in triangles the far ends alone.
+pub(crate) fn ring_points(t: &Topology, h: HalfEdge, split: SplitKind) -> Vec<Combination> {
+    let (corner, start) = corner(t, h, split);
+    let mut points = vec![at(t, h)];
+    let mut spoke = start;
+    for j in 0..corner.n {
+        points.push(at(t, t.next(spoke)));
+        if split == SplitKind::Quads {
+            points.push(at(t, t.next(t.next(spoke))));
+        }
+        if j + 1 < corner.n {
+            spoke = t.turn_left(spoke).expect("the sector goes on");
+        } else if !corner.kind.is_closed() {
+            points.push(at(t, t.prev(spoke)));
+        }
+    }
+    points
+}
+
 /// The points round the quad at `h` whose corner 0, and no other, is special:
 ///
 /// ```text
@@ -147,18 +167,7 @@ pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<C
 ///      v=-1          e_{i-1}--f_{i-1}--(2,-1)
 /// ```
 pub(crate) fn special_points(t: &Topology, h: HalfEdge) -> Vec<Combination> {
-    let (corner, start) = corner(t, h, SplitKind::Quads);
-    let mut points = vec![at(t, h)];
-    let mut spoke = start;
-    for j in 0..corner.n {
-        points.push(at(t, t.next(spoke)));
-        points.push(at(t, t.next(t.next(spoke))));
-        if j + 1 < corner.n {
-            spoke = t.turn_left(spoke).expect("the sector goes on");
-        } else if !corner.kind.is_closed() {
-            points.push(at(t, t.prev(spoke)));
-        }
-    }
+    let mut points = ring_points(t, h, SplitKind::Quads);
     let mut grid = grid_points(t, h, true);
     let [sharp_u, sharp_v] = [h, t.prev(h)].map(|s| t.is_infinitely_sharp(t.edge(s)));
     let outer = [(3, !sharp_u), (7, true), (11, true), (15, true), (14, true), (13, true), (12, !sharp_v)];

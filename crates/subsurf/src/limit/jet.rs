@@ -35,7 +35,9 @@ pub enum Derivatives {
     Finite,
     /// At an extraordinary vertex where they are zero (valence 3, say): `du`, `dv` hold the limits of their directions.
     Vanishes,
-    /// At an extraordinary vertex where they grow without bound: `du`, `dv` hold the limits of their directions.
+    /// At an extraordinary vertex where they grow without bound: `du`, `dv` hold the limits of their directions. On a
+    /// face-varying boundary that is kept linear, where the derivative across grows slowly: `du`, `dv` hold differences
+    /// over 2⁻⁵⁰ of a face.
     Diverges,
 }
 

@@ -10,6 +10,7 @@ mod compile;
 use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::Corner;
+use super::linear_boundary::LinearBoundary;
 use super::rows::Rows;
 use super::single_crease;
 use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
@@ -30,7 +31,7 @@ impl SpecialVertices {
         Self { made: Mutex::default(), method }
     }
 
-    fn get(&self, corner: Corner) -> Arc<SpecialVertex> {
+    pub fn get(&self, corner: Corner) -> Arc<SpecialVertex> {
         // A smooth or pinned vertex looks the same from all its faces: their numbering starts at the face itself.
         if let Some(made) = self.lock().get(&corner) {
             return made.clone();
@@ -74,8 +75,8 @@ struct Leaf {
 }
 
 enum LeafShape {
-    /// The quad's four corners, bilinear.
-    Bilinear,
+    /// The face's own corners, bilinear in a quad and linear in a triangle.
+    Linear,
     /// Sixteen points in the order of [`bspline`](super::bspline), or twelve in that of
     /// [`box_spline`](super::box_spline).
     Regular,
@@ -83,6 +84,18 @@ enum LeafShape {
     SingleCrease { turn: u8, sharpness: f64 },
     /// Points of a special vertex at corner `turn`.
     Special { turn: u8, vertex: Arc<SpecialVertex> },
+    /// A face with a side on a boundary that is kept piecewise linear: the leaf's own surroundings.
+    LinearBoundary(Box<LinearBoundary>),
+}
+
+impl LeafShape {
+    /// Heap memory in bytes, shared special vertices left out.
+    fn bytes(&self) -> usize {
+        match self {
+            LeafShape::LinearBoundary(form) => form.bytes(),
+            _ => 0,
+        }
+    }
 }
 
 /// A compiled plan.
@@ -104,20 +117,15 @@ struct Found<'a> {
     v: f64,
 }
 
-impl Found<'_> {
-    /// Goes on to the child that holds the place: its number, and -1 where it is turned upside down.
-    fn descend(&mut self, split: SplitKind) -> (usize, f64) {
-        let (u, v) = (self.u, self.v);
-        let (child, u, v, flip) = match (split, u >= 0.5, v >= 0.5) {
-            (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
-            (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
-            (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
-            (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
-            (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
-            _ => (0, 2.0 * u, 2.0 * v, 1.0),
-        };
-        (self.u, self.v) = (u, v);
-        (child, flip)
+/// The child that holds `(u, v)`: its number, the place in it, and -1 where it is turned upside down.
+pub(super) fn descend(split: SplitKind, u: f64, v: f64) -> (usize, f64, f64, f64) {
+    match (split, u >= 0.5, v >= 0.5) {
+        (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
+        (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
+        (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
+        (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
+        (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
+        _ => (0, 2.0 * u, 2.0 * v, 1.0),
     }
 }
 
@@ -135,7 +143,8 @@ impl Plan {
         let mut found = Found { leaf: &self.leaves[0], depth: 0, speed: 1.0, u, v };
         let mut node = self.root;
         while let Node::Split(children) = self.nodes[node as usize] {
-            let (child, flip) = found.descend(self.split);
+            let (child, u, v, flip) = descend(self.split, found.u, found.v);
+            (found.u, found.v) = (u, v);
             let turn = usize::from(turn);
             let own = match self.split {
                 SplitKind::Quads => (child + 4 - turn) % 4,
@@ -156,9 +165,9 @@ impl Plan {
     pub fn patch_kind(&self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
         let found = self.leaf(u, v, turn);
         let kind = match found.leaf.shape {
-            LeafShape::Bilinear | LeafShape::Regular => PatchKind::Regular,
+            LeafShape::Linear | LeafShape::Regular => PatchKind::Regular,
             LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
-            LeafShape::Special { .. } => PatchKind::Special,
+            LeafShape::Special { .. } | LeafShape::LinearBoundary(_) => PatchKind::Special,
         };
         (kind, found.depth)
     }
@@ -177,9 +186,13 @@ impl Plan {
             SplitKind::Triangles => turned_triangle(u, v, turn),
         };
         let (local, turn) = match &leaf.shape {
-            LeafShape::Bilinear => {
+            LeafShape::Linear => {
                 let (a, b) = turned(turn);
-                (bilinear(a, b), turn)
+                (linear(self.split, a, b), turn)
+            }
+            LeafShape::LinearBoundary(form) => {
+                let (a, b) = turned(turn);
+                (form.weights(a, b, count), turn)
             }
             LeafShape::Regular => {
                 let (a, b) = turned(turn);
@@ -243,7 +256,7 @@ impl Plan {
 
     /// Heap memory in bytes, shared special vertices left out.
     pub fn bytes(&self) -> usize {
-        self.leaves.iter().map(|leaf| leaf.points.bytes() + size_of::<Leaf>()).sum::<usize>()
+        self.leaves.iter().map(|leaf| leaf.points.bytes() + leaf.shape.bytes() + size_of::<Leaf>()).sum::<usize>()
             + self.nodes.len() * size_of::<Node>()
     }
 }
@@ -256,15 +269,26 @@ fn dense(weights: [[f64; 16]; 6], count: usize, points: usize) -> PointWeights {
     out
 }
 
-fn bilinear(u: f64, v: f64) -> PointWeights {
+/// Linear weights of the corners of a quad or triangle.
+pub(super) fn linear(split: SplitKind, u: f64, v: f64) -> PointWeights {
     let (s, t) = (1.0 - u, 1.0 - v);
-    let rows = [
-        vec![s * t, u * t, u * v, s * v],
-        vec![-t, t, v, -v],
-        vec![-s, -u, u, s],
-        vec![0.0; 4],
-        vec![1.0, -1.0, 1.0, -1.0],
-        vec![0.0; 4],
-    ];
+    let rows = match split {
+        SplitKind::Quads => [
+            vec![s * t, u * t, u * v, s * v],
+            vec![-t, t, v, -v],
+            vec![-s, -u, u, s],
+            vec![0.0; 4],
+            vec![1.0, -1.0, 1.0, -1.0],
+            vec![0.0; 4],
+        ],
+        SplitKind::Triangles => [
+            vec![1.0 - u - v, u, v],
+            vec![-1.0, 1.0, 0.0],
+            vec![-1.0, 0.0, 1.0],
+            vec![0.0; 3],
+            vec![0.0; 3],
+            vec![0.0; 3],
+        ],
+    };
     PointWeights { rows, at_vertex: None }
 }

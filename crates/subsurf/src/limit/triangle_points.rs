@@ -1,6 +1,6 @@
 //! The control points round a triangle under Loop subdivision, in canonical order.
 
-use super::corner::{Corner, Kind, corner};
+use super::corner::{Kind, corner, ring_points};
 use super::rows::Combination;
 use crate::index::HalfEdge;
 use crate::scheme::SplitKind;
@@ -79,17 +79,7 @@ pub(crate) fn patch_points(t: &Topology, h: HalfEdge) -> [Combination; 12] {
 ///                e_{i-1} - c
 /// ```
 pub(crate) fn special_points(t: &Topology, h: HalfEdge) -> Vec<Combination> {
-    let (at, start): (Corner, HalfEdge) = corner(t, h, SplitKind::Triangles);
-    let mut points = vec![point(t.origin(h).0)];
-    let mut spoke = start;
-    for j in 0..at.n {
-        points.push(point(t.origin(t.next(spoke)).0));
-        if j + 1 < at.n {
-            spoke = t.turn_left(spoke).expect("the sector goes on");
-        } else if !at.kind.is_closed() {
-            points.push(point(t.origin(t.prev(spoke)).0));
-        }
-    }
+    let mut points = ring_points(t, h, SplitKind::Triangles);
     // Round e_i from e_{i+1}: e_{i+1} v e_{i-1} c b m; round e_{i+1} from v: v e_i m d g e_{i+2}.
     let (next, last) = (t.next(h), t.prev(h));
     let [_, _, _, c, b, m] = six_ring(t, next);

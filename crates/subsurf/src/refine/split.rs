@@ -1,7 +1,7 @@
 //! What all splits share: parent vertices live on, every edge falls into two halves at a new vertex, and sharpness decays.
 
 use crate::index::{Edge, HalfEdge, Vertex};
-use crate::sharpness::{decay, edge_half, foreign_half};
+use crate::sharpness::{decay, edge_half, foreign_half, seam_half};
 use crate::topology::{EdgeFlags, NONE, Topology};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -92,6 +92,8 @@ impl Split {
             hole: self.parent_face.iter().map(|&f| t.hole[f as usize]).collect(),
             rules: t.rules,
             foreign_sharpness: t.foreign_sharpness.keys().map(|&v| (v, foreign_half(t, Vertex(v)))).collect(),
+            across_seam: t.across_seam.keys().map(|&v| (v, seam_half(t, Vertex(v)))).collect(),
+            interpolation: t.interpolation,
             // A new vertex on an edge has no sharp edges but the edge's halves, and the child holds both.
             far_half: BTreeMap::new(),
         };

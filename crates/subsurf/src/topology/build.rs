@@ -4,7 +4,7 @@
 //! Rules for meshes that are no manifold follow OpenSubdiv 3.7 (`vtr/level.cpp`, `far/topologyRefinerFactory.cpp`):
 //! the result is the same surface, and [`Topology`] reports what was found.
 
-use super::{EdgeFlags, NONE, Topology};
+use super::{EdgeFlags, Interpolation, NONE, Topology};
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
@@ -61,6 +61,8 @@ fn unsharpened(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         hole,
         rules: mesh.tags().rules,
         foreign_sharpness: BTreeMap::new(),
+        across_seam: BTreeMap::new(),
+        interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
     })
 }
@@ -302,14 +304,14 @@ impl Topology {
         self.index_sharp_edges();
     }
 
-    fn faces_per_vertex(&self) -> Vec<u32> {
+    pub(super) fn faces_per_vertex(&self) -> Vec<u32> {
         let mut count = vec![0u32; self.vertex_count];
         self.origin.iter().for_each(|&v| count[v as usize] += 1);
         count
     }
 
     /// Number of faces in the fan that starts at the vertex's leading half-edge.
-    fn fan_faces(&self, v: Vertex) -> u32 {
+    pub(super) fn fan_faces(&self, v: Vertex) -> u32 {
         let Some(start) = self.outgoing(v) else { return 0 };
         let mut count = 1;
         let mut h = self.turn_left(start);

@@ -1,7 +1,7 @@
 //! What surrounds one face: the faces at its corners, in a canonical order, as a comparable key and as a small topology
 //! of its own. The limit of the face depends on nothing else.
 
-use super::{EdgeFlags, NONE, Topology};
+use super::{EdgeFlags, Interpolation, NONE, Topology};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::other_end;
 use crate::sharpness::edge_half;
@@ -133,6 +133,10 @@ impl Topology {
         let mut seen = Vec::with_capacity(8);
         let mut spoke = |e: Edge, seen: &mut Vec<u32>| {
             note(self.edge_sharpness(e));
+            if self.interpolation == Interpolation::LinearBoundaries {
+                // Where sheets meet, an edge without twin is no boundary.
+                note(f64::from(self.is_boundary(e)));
+            }
             if self.far_end_matters(e) {
                 note(edge_half(self, e, other_end(self, e, v)));
             }
@@ -155,8 +159,10 @@ impl Topology {
             }
         }
         let foreign = self.foreign_edges(v, &seen);
-        key.push(foreign.len() as u32);
-        foreign.iter().for_each(|s| key.extend([(s.to_bits() >> 32) as u32, s.to_bits() as u32]));
+        for others in [&foreign[..], self.across_seam(v)] {
+            key.push(others.len() as u32);
+            others.iter().for_each(|s| key.extend([(s.to_bits() >> 32) as u32, s.to_bits() as u32]));
+        }
     }
 
     /// True where the new vertex on edge `e` depends on all sharp edges at both ends: under Chaikin's rule, whose
@@ -233,7 +239,11 @@ impl Topology {
         let mut edge_flags = vec![EdgeFlags::default(); edge_old.len()];
         for (i, &e) in edge.iter().enumerate() {
             if twin[i] == NONE {
-                edge_flags[e as usize].boundary = true;
+                let old = half_edges[i] as usize;
+                edge_flags[e as usize] = match self.twin[old] {
+                    NONE => self.edge_flags[self.edge[old] as usize],
+                    _ => EdgeFlags { boundary: true, non_manifold: false },
+                };
                 if !edge_vertices[e as usize].iter().any(|&v| is_own(v)) {
                     edge_sharpness[e as usize] = INFINITE_SHARPNESS;
                 }
@@ -243,6 +253,10 @@ impl Topology {
         let foreign = |i: usize| {
             let list = self.foreign_edges(Vertex(around.ring[i]), &old_edges);
             (!list.is_empty()).then_some((i as u32, list))
+        };
+        let across_seam = |i: usize| {
+            let list = self.across_seam(Vertex(around.ring[i]));
+            (!list.is_empty()).then(|| (i as u32, list.to_vec()))
         };
         let far_half = edge_old.iter().zip(&edge_vertices).enumerate().flat_map(|(new, (&old, ends))| {
             let far = |&v: &u32| !is_own(v) && ends.iter().any(|&v| is_own(v)) && self.far_end_matters(Edge(old));
@@ -270,6 +284,8 @@ impl Topology {
             hole: vec![false; around.faces.len()],
             rules: self.rules,
             foreign_sharpness: (0..own).filter_map(foreign).collect(),
+            across_seam: (0..own).filter_map(across_seam).collect(),
+            interpolation: self.interpolation,
             far_half,
         };
         cut.index_sharp_edges();

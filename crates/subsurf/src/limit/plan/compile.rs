@@ -1,6 +1,7 @@
 //! Compiles a plan: refines the face's surroundings until a known patch covers each part.
 
 use super::super::corner::{Corner, Kind, corner, grid_points, special_points};
+use super::super::linear_boundary::{self, LinearBoundary};
 use super::super::local_step::child_vertex;
 use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_points;
@@ -9,7 +10,7 @@ use crate::index::{Edge, Face, HalfEdge};
 use crate::refine::Level;
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::INFINITE_SHARPNESS;
-use crate::topology::{Surroundings, Topology, Walk};
+use crate::topology::{Interpolation, Surroundings, Topology, Walk};
 
 /// One level of explicit refinement round one face on the way down the tree.
 struct Site {
@@ -100,11 +101,11 @@ impl Compiler<'_> {
     fn leaf(&self, site: &Site) -> Option<Leaf> {
         let t = &site.topology;
         let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
-        if self.scheme == Scheme::Bilinear {
-            let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
-            return Some(self.make(site, LeafShape::Bilinear, &corners));
-        }
         let split = self.scheme.split();
+        if self.scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear {
+            let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
+            return Some(self.make(site, LeafShape::Linear, &corners));
+        }
         if (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
             return None;
         }
@@ -117,6 +118,11 @@ impl Compiler<'_> {
             let turn = (side + 2) % 4;
             let grid = grid_points(t, own[turn], false).map(|p| p.expect("a full grid"));
             return Some(self.make(site, LeafShape::SingleCrease { turn: turn as u8, sharpness }, &grid));
+        }
+        if linear_boundary::has_side(t, Face(0)) {
+            let form = LinearBoundary::new(t, self.scheme, self.specials);
+            let ring: Vec<Combination> = (0..t.vertex_count() as u32).map(|v| vec![(v, 1.0)]).collect();
+            return Some(self.make(site, LeafShape::LinearBoundary(Box::new(form)), &ring));
         }
         let special: Vec<(usize, Corner)> = own
             .iter()
