@@ -1,16 +1,18 @@
 //! `peers conformance`: every shape under every scheme and rule that makes a difference to it, refined and in the limit,
 //! OpenSubdiv beside ours, as a document.
 
-mod cause;
+pub mod cause;
+pub mod channels;
 mod limits;
 mod refinement;
 mod report;
 mod tally;
 mod variants;
-mod witness;
+pub mod witness;
 
 use crate::compare_refine::{SCHEMES, round_sharpness};
 use crate::shape::{Shape, shapes};
+use channels::Channels;
 use rayon::prelude::*;
 use refinement::Refinement;
 use std::path::Path;
@@ -24,6 +26,8 @@ struct Results {
     refinement: Refinement,
     tallies: Tallies,
     one_sided: Vec<String>,
+    not_run: Vec<String>,
+    channels: Channels,
     failures: Vec<String>,
 }
 
@@ -49,6 +53,8 @@ impl Results {
             let limits = limits::compare(variant)?;
             self.tallies.merge(limits.tallies);
             self.one_sided.extend(limits.one_sided);
+            self.not_run.extend(limits.not_run);
+            channels::run(variant, &mut self.channels)?;
         }
         Ok(())
     }
@@ -59,6 +65,8 @@ impl Results {
         self.refinement.merge(other.refinement);
         self.tallies.merge(other.tallies);
         self.one_sided.extend(other.one_sided);
+        self.not_run.extend(other.not_run);
+        self.channels.merge(other.channels);
         self.failures.extend(other.failures);
         self
     }
@@ -69,7 +77,8 @@ impl Results {
             let what = format!("{}, {}, {}", cause.name(), method.name(), quantity.name());
             tally.lost.iter().map(move |place| format!("{what}: {place}"))
         });
-        let mismatches = self.refinement.mismatches.iter().chain(&self.failures).chain(&self.one_sided);
+        let mismatches =
+            self.refinement.mismatches.iter().chain(&self.failures).chain(&self.one_sided).chain(&self.channels.faults);
         mismatches.cloned().chain(lost).collect()
     }
 }

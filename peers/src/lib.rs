@@ -2,6 +2,8 @@
 
 pub mod compare_refine;
 pub mod conformance;
+pub mod dump_channels;
+pub mod dump_limits;
 pub mod dump_reference;
 pub mod opensubdiv;
 pub mod random_shapes;

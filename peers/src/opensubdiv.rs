@@ -112,11 +112,22 @@ pub fn refine(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Vec<OsdL
 /// OpenSubdiv's limit of the vertices of `level`, in their order: `PrimvarRefiner::Limit`.
 ///
 /// # Errors
-/// What OpenSubdiv says when it refuses the mesh.
+/// What OpenSubdiv says when it refuses the mesh. A vertex with more faces than any vertex has edges (as on an edge of
+/// many faces), for whose tangents OpenSubdiv 3.7 writes beyond its buffers.
 pub fn limit(shape: &Shape, level: u32, order: VertexOrder) -> Result<Vec<Limit>, String> {
     let finest = refine(shape, level, order)?.pop().expect("level 0 at least");
-    let refiner = Refiner::new(shape, level, order)?;
     let n = finest.positions.len();
+    let (mut faces, mut edges) = (vec![0u32; n], vec![0u32; n]);
+    finest.face_vertices.iter().for_each(|&v| faces[v as usize] += 1);
+    finest.edges.iter().flatten().for_each(|&v| edges[v as usize] += 1);
+    let most = edges.iter().copied().max().unwrap_or(0);
+    if let Some(v) = faces.iter().position(|&n| n > most) {
+        let (name, n) = (&shape.name, faces[v]);
+        return Err(format!(
+            "{name}: limit of level {level}: vertex {v} has {n} faces, and no vertex more than {most} edges"
+        ));
+    }
+    let refiner = Refiner::new(shape, level, order)?;
     let [mut position, mut tangent1, mut tangent2] = [0; 3].map(|_| vec![[0.0; 3]; n]);
     // SAFETY: all arrays have as many points as the finest level.
     unsafe {

@@ -26,6 +26,8 @@ pub struct Limits {
     pub tallies: Tallies,
     /// Samples where one side has a surface and the other none.
     pub one_sided: Vec<String>,
+    /// What OpenSubdiv must not be asked.
+    pub not_run: Vec<String>,
 }
 
 /// # Errors
@@ -51,7 +53,8 @@ pub fn compare(variant: &Variant) -> Result<Limits, String> {
     Ok(run.out)
 }
 
-fn has_fractions(shape: &Shape) -> bool {
+/// True where OpenSubdiv rounds a weight to single precision: fractional sharpness, and Chaikin's averages.
+pub fn has_fractions(shape: &Shape) -> bool {
     let creases = shape.tags.creases.iter().map(|c| c.sharpness);
     let chaikin = shape.tags.rules.creasing == subsurf::Creasing::Chaikin;
     chaikin || creases.chain(shape.tags.corners.iter().map(|c| c.sharpness)).any(|s| s.fract() != 0.0)
@@ -83,7 +86,13 @@ impl Run<'_> {
         if level.positions.len() > MOST_VERTICES && depth > 1 {
             return Ok(());
         }
-        let limits = opensubdiv::limit(self.shape, depth, VertexOrder::VerticesFirst)?;
+        let limits = match opensubdiv::limit(self.shape, depth, VertexOrder::VerticesFirst) {
+            Ok(limits) => limits,
+            Err(message) => {
+                self.out.not_run.push(message);
+                return Ok(());
+            }
+        };
         let causes = causes(&level, self.shape.scheme);
         let faces = places(self.shape, depth).pop().expect("a level");
         let starts = face_starts(&level);
@@ -173,7 +182,7 @@ impl Run<'_> {
         let finite = jet.derivatives == Derivatives::Finite;
         Some(Value {
             position: jet.position,
-            normal: if jet.unique_plane { jet.normal() } else { None },
+            normal: jet.plane.filter(|_| jet.unique_plane).and_then(normal),
             first: finite.then_some([jet.du, jet.dv]),
             second: if finite { jet.second } else { None },
         })

@@ -18,6 +18,9 @@ fn dump(t: &mut String, results: &Results) {
     for (key, g) in &results.refinement.groups {
         let _ = writeln!(t, "{key:?} {g:?}");
     }
+    for (key, g) in &results.channels.groups {
+        let _ = writeln!(t, "{key:?} {g:?}");
+    }
     for ((cause, method, quantity), y) in &results.tallies.0 {
         let _ = writeln!(
             t,

@@ -137,8 +137,12 @@ impl Value {
     }
 }
 
-/// From two tangents.
+/// From two tangents; none where one is rounding beside the other (a surface folded flat), or both are parallel.
 pub fn normal([a, b]: [[f64; 3]; 2]) -> Option<[f64; 3]> {
+    let (short, long) = (length(a).min(length(b)), length(a).max(length(b)));
+    if short < 1e-10 * long {
+        return None;
+    }
     let (a, b) = (unit(a)?, unit(b)?);
     let n = cross(a, b);
     if length(n) > 1e-10 { unit(n) } else { None }

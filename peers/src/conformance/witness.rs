@@ -112,6 +112,8 @@ pub fn places(shape: &Shape, levels: u32) -> Vec<Vec<Place>> {
 /// The few faces round a face or a vertex, as a mesh of their own. The face is number 0, the vertex number 0.
 struct Neighbourhood {
     shape: Shape,
+    /// Ends of several edges, which a mesh of its own would take for one.
+    doubled: Vec<[u32; 2]>,
 }
 
 impl Neighbourhood {
@@ -136,7 +138,7 @@ impl Neighbourhood {
         };
         // What the boundary rule does to corners is in their sharpness already.
         shape.tags.rules.boundary = Boundary::EdgeOnly;
-        let mut edges = vec![];
+        let (mut edges, mut doubled) = (vec![], vec![]);
         for &f in faces {
             let range = starts[f]..starts[f + 1];
             shape.counts.push(range.len() as u32);
@@ -153,10 +155,16 @@ impl Neighbourhood {
         let local = |v: u32| vertices.iter().position(|&w| w == v).expect("a vertex of the faces") as u32;
         edges.sort_unstable();
         edges.dedup();
+        let mut pairs = vec![];
         for e in edges {
             let sharpness = level.edge_sharpness[e as usize];
+            let [a, b] = level.edges[e as usize].map(local);
+            let pair = [a.min(b), a.max(b)];
+            if pairs.contains(&pair) {
+                doubled.push(pair);
+            }
+            pairs.push(pair);
             if sharpness > 0.0 {
-                let [a, b] = level.edges[e as usize].map(local);
                 shape.tags.creases.push(Crease::new(a, b, f64::from(sharpness)));
             }
         }
@@ -167,7 +175,12 @@ impl Neighbourhood {
             }
             shape.positions.push(level.positions[v as usize]);
         }
-        Self { shape }
+        Self { shape, doubled }
+    }
+
+    /// False where edges at one of these vertices are not what they were in the mesh they are cut from.
+    fn is_true_at(&self, vertices: &[u32]) -> bool {
+        !self.doubled.iter().flatten().any(|v| vertices.contains(v))
     }
 
     /// Levels 0 and 1.
@@ -210,7 +223,7 @@ impl Start {
     }
 
     /// The limit of OpenSubdiv's refinement at `at` of a patch, whose coordinates must be multiples of a power of two.
-    /// None in holes.
+    /// None in holes, and where several edges join the same two vertices, which no mesh of its own can tell.
     ///
     /// # Errors
     /// What OpenSubdiv says when it refuses a mesh.
@@ -240,7 +253,10 @@ impl Start {
         let sides = if scheme == Scheme::Loop { 3 } else { 4 };
         loop {
             if let Some(corner) = (0..sides).find(|&c| place.corners[c] == at) {
-                return follow_vertex(near, place, corner, most).map(Some);
+                return follow_vertex(near, place, corner, most);
+            }
+            if !near.is_true_at(&near.shape.indices[..sides]) {
+                return Ok(None);
             }
             assert!(depth < 40, "the place is a vertex of some level");
             let [_, level] = near.refine()?;
@@ -256,11 +272,15 @@ impl Start {
 }
 
 /// From a neighbourhood whose face 0 has the place at `corner`.
-fn follow_vertex(near: Neighbourhood, place: Place, corner: usize, most: usize) -> Result<Witness, String> {
+fn follow_vertex(near: Neighbourhood, place: Place, corner: usize, most: usize) -> Result<Option<Witness>, String> {
+    let vertex = near.shape.indices[corner];
+    if !near.is_true_at(&[vertex]) {
+        return Ok(None);
+    }
     let start = near.shape;
     let sides = start.counts[0] as usize;
     let own = &start.indices[..sides];
-    let (vertex, ahead, behind) = (own[corner], own[(corner + 1) % sides], own[(corner + sides - 1) % sides]);
+    let (ahead, behind) = (own[(corner + 1) % sides], own[(corner + sides - 1) % sides]);
     let offset = |to: usize| [0, 1].map(|k| place.corners[to][k] - place.corners[corner][k]);
     let directions = [offset((corner + 1) % sides), offset((corner + sides - 1) % sides)];
 
@@ -308,6 +328,9 @@ fn follow_vertex(near: Neighbourhood, place: Place, corner: usize, most: usize) 
             *arms = arms.map(|v| map.iter().position(|&w| w == v).expect("a ring vertex") as u32);
         }
         near = Neighbourhood::cut(&near.shape, &level, &face_starts(&level), &[0], None);
+        if !near.is_true_at(&[0]) {
+            return Ok(None);
+        }
     }
     // Errors of order h²: two quotients cancel it. Seven halvings leave 4^-14 and 2^7 roundings, of the second ones 4^7.
     if quotients.len() > 8 {
@@ -318,7 +341,7 @@ fn follow_vertex(near: Neighbourhood, place: Place, corner: usize, most: usize) 
         let along = |arm| Along { direction: directions[arm], first: best(arm, 0, 8), second: best(arm, 1, 6) };
         witness.along = Some([along(0), along(1)]);
     }
-    Ok(witness)
+    Ok(Some(witness))
 }
 
 fn inside_patch(scheme: Scheme, [u, v]: [f64; 2]) -> bool {
@@ -395,12 +418,14 @@ fn ring_normal(shape: &Shape) -> Option<[f64; 3]> {
         sector.push(before);
         at = before[0];
     }
-    let mut sum = [0.0; 3];
+    let (mut sum, mut size) = ([0.0; 3], 0.0);
     for [next, prev] in sector {
         let n = cross(shape.positions[next as usize], shape.positions[prev as usize]);
         sum = [0, 1, 2].map(|k| sum[k] + n[k]);
+        size += length(n);
     }
-    unit(sum)
+    // A ring folded flat cancels to rounding.
+    if length(sum) > 1e-6 * size { unit(sum) } else { None }
 }
 
 pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
