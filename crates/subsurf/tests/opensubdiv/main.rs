@@ -1,0 +1,6 @@
+//! What OpenSubdiv computes, and what we compute: `tests/golden/opensubdiv/README.md` describes the data.
+
+mod channels;
+mod levels;
+mod limits;
+mod reference;
