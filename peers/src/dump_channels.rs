@@ -5,8 +5,9 @@
 
 use crate::conformance::channels::{RULES, rule_name};
 use crate::dump_reference::{line, list, numbers, quoted};
-use crate::opensubdiv::{self, ChannelLevel, refine_channel};
+use crate::opensubdiv::{self, ChannelLevel, refine_channel, takes_one_value_for_two};
 use crate::shape::Shape;
+use subsurf::FaceVarying;
 
 const LEVELS: u32 = 3;
 /// Shapes made to show the rules' differences: more of their corners are kept.
@@ -25,6 +26,10 @@ pub fn reference(shape: &Shape) -> Result<Option<String>, String> {
     for rule in RULES {
         let mut shape = shape.clone();
         shape.tags.rules.face_varying = rule;
+        // Where values alternate OpenSubdiv rounds one of them and not the other; only this rule shows it.
+        if rule == FaceVarying::None && takes_one_value_for_two(&shape)? {
+            continue;
+        }
         let levels: Vec<Vec<[f64; 2]>> =
             refine_channel(&shape, LEVELS)?[1..].iter().map(ChannelLevel::at_corners).collect();
         match by_rule.iter_mut().find(|(_, known)| *known == levels) {

@@ -51,10 +51,10 @@ fn right(cause: Cause) -> bool {
     matches!(cause, Cause::Regular | Cause::Crease | Cause::Corner | Cause::Extraordinary)
 }
 
-/// `[face, sub-face, u, v, [position]]` of vertices of level 1.
+/// `[face, sub-face, u, v, [position]]` of vertices of level 1; none where OpenSubdiv cannot be asked.
 fn vertices(shape: &Shape) -> Result<Vec<String>, String> {
     let level = opensubdiv::refine(shape, 1, VertexOrder::VerticesFirst)?.pop().expect("level 1");
-    let limits = opensubdiv::limit(shape, 1, VertexOrder::VerticesFirst)?;
+    let Ok(limits) = opensubdiv::limit(shape, 1, VertexOrder::VerticesFirst) else { return Ok(vec![]) };
     let causes = causes(&level, shape.scheme);
     let (starts, places) = (face_starts(&level), places(shape, 1).pop().expect("level 1"));
     let mut chosen = vec![];

@@ -6,7 +6,7 @@ mod face_varying;
 mod refiner;
 mod surface;
 
-pub use face_varying::{ChannelLevel, limit_channel, refine_channel};
+pub use face_varying::{ChannelLevel, limit_channel, refine_channel, takes_one_value_for_two};
 pub use surface::{Approximation, EndCap, Jet, Sample, eval, eval_patches};
 
 use crate::shape::Shape;

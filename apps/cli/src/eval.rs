@@ -27,13 +27,15 @@ Examples:
   printf 'face,subface,u,v\\n0,0,0.25,0.5\\n' > at.csv
   subsurf eval spot.obj --at at.csv -o out.csv                          position, derivatives, normal
   subsurf eval spot.obj --at at.csv --second --curvature -o out.csv     and second derivatives, curvature
+  subsurf eval spot.obj --at at.csv --texture -o out.csv                and texture coordinates
   subsurf eval spot.obj --at - -o - < at.csv                            through pipes
 
 A place is a face (from 0), a sub-face (0 for quads, the corner for other faces) and u, v from 0 to 1. In a quad, u runs
 along the first edge from the first corner and v along the last; in a sub-face, (0,0) is the corner and (1,1) the centre. Under Loop every face is
 a triangle with u + v up to 1: (0,0), (1,0) and (0,1) are its corners.
 At extraordinary vertices derivatives may vanish or diverge, as the column `derivatives` says; du and dv are then
-directions. The normal is empty where the surface has none, curvature where it is unbounded.";
+directions. The normal is empty where the surface has none, curvature where it is unbounded. Texture coordinates' derivatives are
+empty where they are not finite.";
 
 /// Evaluate the limit surface at given places, exactly
 #[derive(Args, Clone, Debug)]
@@ -55,6 +57,9 @@ pub struct EvalArgs {
     /// Add principal, Gaussian and mean curvature
     #[arg(long)]
     curvature: bool,
+    /// Add texture coordinates and their derivatives: s,t,du_s,du_t,dv_s,dv_t
+    #[arg(long)]
+    texture: bool,
     #[command(flatten)]
     evaluator: Evaluator,
 }
@@ -76,12 +81,10 @@ pub fn run(args: &EvalArgs, common: &Common, console: &Console) -> Result<(), Fa
     let columns = Columns { second: args.second, curvature: args.curvature };
     let bar = console.progress("evaluating", places.length());
     let mut table = Table { surface: &surface, places, header, summary: Summary::default(), bar };
-    output.write_with(|out| match common.precision {
-        Some(Precision::F32) => table.evaluate(&Rows::new(surface.surface(&input.positions::<f32>()?), columns), out),
-        Some(Precision::F64) | None => {
-            table.evaluate(&Rows::new(surface.surface(&input.positions::<f64>()?), columns), out)
-        }
-    })?;
+    match common.precision {
+        Some(Precision::F32) => table.run::<f32>(args, columns, &input, &output)?,
+        Some(Precision::F64) | None => table.run::<f64>(args, columns, &input, &output)?,
+    }
     table.bar.finish_and_clear();
     let summary = table.summary;
     if common.json {
@@ -132,6 +135,24 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
+    fn run<T: Number>(
+        &mut self,
+        args: &EvalArgs,
+        columns: Columns,
+        input: &Input,
+        output: &Output,
+    ) -> Result<(), Failure> {
+        let points = input.positions::<T>()?;
+        let texture = if args.texture { input.texture::<T>(self.surface.topology())? } else { None };
+        if args.texture && texture.is_none() {
+            return Err(Failure::NoTexture { name: input.name.clone() });
+        }
+        let own = texture.as_ref().map(|t| t.patch_table(args.evaluator.evaluator, input)).transpose()?;
+        let texture = own.as_ref().zip(texture.as_ref()).map(|(own, t)| own.surface(&t.values));
+        let rows = Rows::new(self.surface.surface(&points), texture, columns);
+        output.write_with(|out| self.evaluate(&rows, out))
+    }
+
     /// Block by block, so that tables of any length need little memory; each block in parallel, rows in order.
     fn evaluate<T: Number>(&mut self, rows: &Rows<'_, T>, out: &mut dyn Write) -> Result<(), FillError> {
         out.write_all(rows.header().as_bytes())?;

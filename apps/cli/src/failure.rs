@@ -2,7 +2,7 @@
 
 use crate::eval::TableError;
 use std::io;
-use subsurf::{MeshError, TessellateError};
+use subsurf::{ChannelError, MeshError, TessellateError};
 use subsurf_io::{ReadError, WriteError};
 use subsurf_render::RenderError;
 use thiserror::Error;
@@ -38,6 +38,12 @@ pub enum Failure {
     TableName { name: String },
     #[error("{name}: vertex {vertex} at {position:?} does not fit into 32-bit numbers; use --precision f64")]
     Precision { name: String, vertex: usize, position: [f64; 3] },
+    #[error("{name}: texture coordinates: {source}")]
+    Texture { name: String, source: ChannelError },
+    #[error("{name}: texture coordinate {index}, {value:?}, does not fit into 32-bit numbers; use --precision f64")]
+    TexturePrecision { name: String, index: usize, value: [f64; 2] },
+    #[error("{name} has no texture coordinates; leave out --texture")]
+    NoTexture { name: String },
     #[error(
         "{name}: every face is a hole, so the surface is empty; take hole tags out, or try --boundary edge-and-corner"
     )]

@@ -5,7 +5,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use std::io;
 use std::path::Path;
-use subsurf::{MeshError, Method, PatchTable, Real, Scheme, Topology, Triangles};
+use subsurf::{Channel, MeshError, Method, PatchTable, Real, Scheme, Topology, Triangles};
 use subsurf_io::{ReadError, ReadOptions, Scene, read, read_obj};
 
 /// A file's mesh under the rules in force.
@@ -53,6 +53,21 @@ impl Input {
         }
     }
 
+    /// The file's texture coordinates, if it has some, over the mesh whose tables are `topology`.
+    pub fn texture<T: Real>(&self, topology: &Topology) -> Result<Option<Texture<T>>, Failure> {
+        let Some(texture) = &self.scene.texture else { return Ok(None) };
+        let rule = topology.rules().face_varying;
+        let channel = Channel::face_varying(topology, self.scheme, texture.values.len(), &texture.indices, rule)
+            .map_err(|source| Failure::Texture { name: self.name.clone(), source })?;
+        let rounded: Vec<[T; 2]> = texture.values.iter().map(|uv| uv.map(T::from_f64)).collect();
+        if let Some(index) = rounded.iter().position(|uv| uv.iter().any(|x| !x.to_f64().is_finite())) {
+            let value = texture.values[index];
+            return Err(Failure::TexturePrecision { name: self.name.clone(), index, value });
+        }
+        let values = channel.rows(&rounded).into_owned();
+        Ok(Some(Texture { channel, values }))
+    }
+
     /// The patch table; says what is unusual about the mesh.
     pub fn patch_table(&self, method: Method, console: &Console) -> Result<PatchTable, Failure> {
         let table = PatchTable::with_method(&self.scene.mesh, self.scheme, method).map_err(|e| self.mesh_error(e))?;
@@ -75,6 +90,20 @@ impl Input {
         for warning in crate::oddities::found(&self.scene.mesh, topology) {
             console.warn(&format_args!("{}: {warning}", self.name));
         }
+    }
+}
+
+/// Texture coordinates as a channel.
+pub struct Texture<T> {
+    pub channel: Channel,
+    /// One row per vertex of the channel's topology.
+    pub values: Vec<[T; 2]>,
+}
+
+impl<T> Texture<T> {
+    /// The channel's patch table.
+    pub fn patch_table(&self, method: Method, input: &Input) -> Result<PatchTable, Failure> {
+        self.channel.patch_table_with(method).map_err(|e| input.mesh_error(e))
     }
 }
 

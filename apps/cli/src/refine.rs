@@ -5,7 +5,7 @@ mod carried_tags;
 use crate::args::{Common, MeshArgs, Precision, TriangleRule};
 use crate::console::{Console, print_json};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::{Input, Texture};
 use crate::memory;
 use crate::output::Output;
 use clap::Args;
@@ -13,7 +13,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use subsurf::{Level, MAX_COUNT, MeshError, Method, Scheme, Topology};
-use subsurf_io::{FaceSizes, OutputMesh};
+use subsurf_io::{Attribute, FaceSizes, OutputMesh};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -23,6 +23,7 @@ Examples:
 
 Vertices come in OpenSubdiv's default order: those of the parent's vertices, then of its faces (not under Loop),
 then of its edges.
+Texture coordinates are refined by the face-varying rule; with --limit they move to their limit too.
 Refining the output of `refine` again continues the same surface. Only OBJ files keep tags.";
 
 /// Subdivide level by level, keeping creases, corners and holes
@@ -69,9 +70,7 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     let counts = Counts::of(control.topology()).refined(args.level, input.scheme);
     let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
     memory::check(&input.name, format!("level {}", args.level), counts.bytes(size_of::<T>()))?;
-    if input.scene.texture.is_some() {
-        console.warn(&format_args!("{}: texture coordinates cannot be refined yet; the output has none", input.name));
-    }
+    let texture = input.texture::<T>(control.topology())?;
 
     let bar = console.progress("refining", u64::from(args.level) + 1);
     let (mut level, mut values) = (control, points.clone());
@@ -87,6 +86,7 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
             .map_err(|e| input.mesh_error(e))?;
         values = table.surface(&points).limit_of_level(&level, &values);
     }
+    let texture = texture.map(|texture| refine_texture(texture, args, input)).transpose()?;
     let t = level.topology();
     let tags = carried_tags::of(t);
     output.write_mesh(&OutputMesh {
@@ -94,7 +94,9 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
         sizes: FaceSizes::Offsets(t.face_offsets()),
         corners: t.corners(),
         normals: None,
-        texture: None,
+        texture: texture
+            .as_ref()
+            .map(|(level, values)| Attribute { values, indices: Some(level.topology().corners()) }),
         tags: Some(&tags),
     })?;
     bar.finish_and_clear();
@@ -112,6 +114,24 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
         }))?;
     }
     Ok(())
+}
+
+/// Texture coordinates of the level: its topology, whose corners are indices, and the values.
+fn refine_texture<T: subsurf::Real>(
+    texture: Texture<T>,
+    args: &RefineArgs,
+    input: &Input,
+) -> Result<(Level, Vec<[T; 2]>), Failure> {
+    let (mut level, mut values) = (texture.channel.level(), texture.values.clone());
+    for _ in 0..args.level {
+        values = level.refine_values(&values);
+        level = level.refine().map_err(|e| input.mesh_error(e))?;
+    }
+    if args.limit {
+        let table = texture.patch_table(Method::default(), input)?;
+        values = table.surface(&texture.values).limit_of_level(&level, &values);
+    }
+    Ok((level, values))
 }
 
 /// How large a level is.

@@ -28,7 +28,7 @@ OBJ files keep positions shared there, PLY and GLB files repeat them. --toleranc
 /// What bare `--triangles` stands for among the words of the rule.
 const FACETS: &str = "facets";
 
-/// Write the limit surface as a mesh with normals
+/// Write the limit surface as a mesh with normals and texture coordinates
 #[derive(Args, Clone, Debug)]
 #[command(after_help = EXAMPLES, group = ArgGroup::new("rates").required(true))]
 pub struct TessellateArgs {
@@ -139,10 +139,7 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
     if table.size().patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
     }
-    if input.scene.texture.is_some() {
-        console
-            .warn(&format_args!("{}: texture coordinates cannot be tessellated yet; the output has none", input.name));
-    }
+    let texture = input.texture::<T>(table.topology())?;
     if let Rates::Uniform(rate) = options.rates {
         memory::check(&input.name, format!("rate {rate}"), uniform_bytes(&table, rate, size_of::<T>()))?;
         if rate % 2 == 1 && has_subfaces(&table) {
@@ -154,6 +151,13 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
         .surface(&points)
         .tessellate(options)
         .map_err(|source| Failure::Tessellate { name: input.name.clone(), source })?;
+    let texture = texture
+        .map(|texture| {
+            let own = texture.patch_table(args.evaluator.evaluator, input)?;
+            mesh.channel(&table, own.surface(&texture.values))
+                .map_err(|source| Failure::Tessellate { name: input.name.clone(), source })
+        })
+        .transpose()?;
     bar.inc(1);
     let normal_indices = (!mesh.normal_corners.is_empty()).then_some(&mesh.normal_corners[..]);
     output.write_mesh(&OutputMesh {
@@ -161,7 +165,7 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
         sizes: FaceSizes::Offsets(&mesh.face_offsets),
         corners: &mesh.corners,
         normals: Some(Attribute { values: &mesh.normals, indices: normal_indices }),
-        texture: None,
+        texture: texture.as_ref().map(|t| Attribute { values: &t.values, indices: Some(&t.corners) }),
         tags: None,
     })?;
     bar.finish_and_clear();

@@ -52,6 +52,7 @@ mod sharpness;
 mod tags;
 mod tessellate;
 mod topology;
+mod triangulate;
 
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
@@ -61,8 +62,11 @@ pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
-pub use tessellate::{FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, Tessellation};
+pub use tessellate::{
+    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
+};
 pub use topology::Topology;
+pub use triangulate::Triangulated;
 
 /// The README's example runs as a test.
 #[cfg(doctest)]

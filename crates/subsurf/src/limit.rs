@@ -11,10 +11,12 @@ mod linear_boundary;
 mod local_step;
 mod patch_table;
 pub(crate) mod plan;
+mod plan_key;
 mod rows;
 mod single_crease;
 mod special;
 mod tangent;
+mod triangle_crease;
 mod triangle_points;
 mod turn;
 

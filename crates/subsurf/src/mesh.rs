@@ -76,8 +76,11 @@ pub enum MeshError {
         /// How many there are.
         faces: usize,
     },
-    /// Loop subdivision is defined for triangles.
-    #[error("face {face} has {sides} corners; Loop subdivision needs triangles: triangulate it, or use Catmull-Clark")]
+    /// Loop subdivision is defined for triangles; [`ControlMesh::triangulated`] makes them.
+    #[error(
+        "face {face} has {sides} corners; Loop subdivision needs triangles: split polygons (--split-polygons on the \
+         command line), or use Catmull-Clark"
+    )]
     NotATriangle {
         /// The face.
         face: usize,

@@ -70,11 +70,7 @@ impl Level {
                 return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
             }
         }
-        let topology = match self.scheme.split() {
-            SplitKind::Quads => quad_split::child(t),
-            SplitKind::Triangles => tri_split::child(t),
-        };
-        Ok(Self { topology, scheme: self.scheme, depth: self.depth + 1 })
+        Ok(Self { topology: refined(t, self.scheme), scheme: self.scheme, depth: self.depth + 1 })
     }
 
     /// The next level's values from this level's, one row per vertex. Sums are formed in `f64`.
@@ -104,6 +100,29 @@ impl Level {
             apply(mask)
         }));
         refined
+    }
+}
+
+/// The topology one level down, whose counts fit.
+pub(crate) fn refined(t: &Topology, scheme: Scheme) -> Topology {
+    match scheme.split() {
+        SplitKind::Quads => quad_split::child(t),
+        SplitKind::Triangles => tri_split::child(t),
+    }
+}
+
+impl Level {
+    /// The next level's values from this level's, one per face: every child has its parent's.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per face of this level.
+    pub fn refine_face_values<V: Clone>(&self, values: &[V]) -> Vec<V> {
+        let t = &self.topology;
+        assert_eq!(values.len(), t.face_count(), "one value per face of the level");
+        match self.scheme.split() {
+            SplitKind::Quads => t.face.iter().map(|&f| values[f as usize].clone()).collect(),
+            SplitKind::Triangles => values.iter().flat_map(|v| std::iter::repeat_n(v.clone(), 4)).collect(),
+        }
     }
 }
 
@@ -147,6 +166,31 @@ mod tests {
                     level = level.refine().unwrap();
                     level.topology().check().unwrap_or_else(|e| panic!("{} level {}: {e}", shape.name, level.depth()));
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn values_of_faces_go_to_their_children() {
+        for (shape, scheme) in [(shapes::cone(5), Scheme::CatmullClark), (shapes::pillow(), Scheme::Loop)] {
+            let mut level = Level::new(&shape.mesh, scheme).unwrap();
+            let mut names: Vec<usize> = (0..shape.mesh.face_count()).collect();
+            for _ in 0..2 {
+                let (t, next) = (level.topology(), level.refine().unwrap());
+                let fine = level.refine_face_values(&names);
+                assert_eq!(fine.len(), next.topology().face_count());
+                // A child's old vertex is one of its parent's.
+                for (f, name) in fine.iter().enumerate() {
+                    let old = next
+                        .topology()
+                        .face_vertices(Face(f as u32))
+                        .iter()
+                        .find(|&&v| (v as usize) < t.vertex_count());
+                    let parents = (0..t.face_count()).filter(|&p| names[p] == *name);
+                    let mut of_parents = parents.flat_map(|p| t.face_vertices(Face(p as u32)));
+                    assert!(old.is_none_or(|v| of_parents.any(|w| w == v)), "{}", shape.name);
+                }
+                (level, names) = (next, fine);
             }
         }
     }

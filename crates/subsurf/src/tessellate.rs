@@ -3,6 +3,7 @@
 //!
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
+mod channel;
 mod facets;
 mod layout;
 mod normals;
@@ -12,9 +13,10 @@ mod sample;
 use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use layout::Layout;
+pub use channel::TessellatedChannel;
+use layout::{Layout, PatchRates};
 use rayon::prelude::*;
-use sample::Sampler;
+use sample::{NormalOf, Sampler};
 use thiserror::Error;
 
 /// How finely to tessellate.
@@ -86,6 +88,9 @@ pub struct Tessellation<T> {
     pub normal_corners: Vec<u32>,
     /// Where each facet lies, if asked for.
     pub places: Option<Places>,
+    /// What was chosen, for channels to follow.
+    rates: PatchRates,
+    facets: Facets,
 }
 
 /// Where each facet of a tessellation lies on the control mesh.
@@ -143,7 +148,7 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         layout.check(options.most_points)?;
         let sides =
             if options.normals { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
-        let sampler = Sampler::new(*self, &layout, options.normals);
+        let sampler = Sampler::new(*self, &layout, options.normals.then_some(NormalOf::SPACE));
 
         let mut positions = vec![[T::default(); 3]; layout.points()];
         let mut normals = vec![[T::default(); 3]; if options.normals { layout.points() + sides.extra() } else { 0 }];
@@ -178,6 +183,8 @@ impl<T: Real> LimitSurface<'_, T, 3> {
             normals,
             normal_corners: Vec::new(),
             places: options.places.then(Places::default),
+            rates: PatchRates::default(),
+            facets: options.facets,
         };
         for chunk in chunks {
             let base = out.corners.len() as u32;
@@ -189,6 +196,7 @@ impl<T: Real> LimitSurface<'_, T, 3> {
                 places.corner_uv.extend_from_slice(&chunk.corner_uv);
             }
         }
+        out.rates = layout.into_rates();
         Ok(out)
     }
 }

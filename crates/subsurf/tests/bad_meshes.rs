@@ -132,7 +132,7 @@ fn survives(garbage: &Garbage) -> Result<(), String> {
 fn meets_refinement(garbage: &Garbage) -> Result<(), String> {
     let mesh = garbage.mesh();
     let points = random_points(mesh.vertex_count(), 7);
-    let soup = Soup::new(&mesh, &points);
+    let soup = Soup::new(&mesh, Scheme::CatmullClark, &points);
     for method in [Method::Deflated, Method::Eigenbasis] {
         let table = PatchTable::with_method(&mesh, Scheme::CatmullClark, method).map_err(|e| e.to_string())?;
         for at in garbage.locations() {

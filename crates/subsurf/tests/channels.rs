@@ -6,8 +6,8 @@ use random_mesh::{Mesh, for_all, recipe};
 use std::collections::HashMap;
 use subsurf::shapes;
 use subsurf::{
-    Channel, ChannelError, ControlMesh, Creasing, Derivatives, Face, FaceVarying, HalfEdge, Level, Location,
-    PatchTable, Rules, Scheme, Topology,
+    Channel, ChannelError, ControlMesh, Creasing, Derivatives, Face, FaceVarying, Facets, HalfEdge, Level, Location,
+    PatchTable, Rates, Rules, Scheme, TessellateOptions, Topology, Vertex,
 };
 
 const RULES: [FaceVarying; 6] = [
@@ -301,4 +301,66 @@ fn a_channel_that_does_not_fit_is_refused_by_name() {
     let mut corners = [0; 24];
     corners[6] = 3;
     assert_eq!(refuse(&corners), ChannelError::ValueOutOfRange { face: 1, corner: 2, value: 3, values: 3 });
+}
+
+#[test]
+fn a_refined_channel_is_made_of_its_own_corners_again() {
+    // What is sharp follows from the indices alone, at every level: refined files read as the same channel. Not where a
+    // seam runs along a non-manifold edge: its new vertices are smooth along it, those of a file are pinned.
+    everywhere(60, |mesh, scheme, _, seed| {
+        let (corners, values) = random_seams(mesh, seed);
+        let base = Level::new(mesh, scheme).map_err(|e| e.to_string())?;
+        for rule in RULES {
+            let own = channel(base.topology(), scheme, values.len(), &corners, rule);
+            let (fine, refined) = (base.refine().unwrap(), own.level().refine().unwrap());
+            let t = refined.topology();
+            let again = channel(fine.topology(), scheme, t.vertex_count(), t.corners(), rule);
+            let again = again.topology();
+            require(again.corners() == t.corners(), || format!("{rule:?}: corners differ"))?;
+            if rule == FaceVarying::All || rule == FaceVarying::Boundaries {
+                continue;
+            }
+            for (&v, &vertex) in t.corners().iter().zip(fine.topology().corners()) {
+                if fine.topology().is_non_manifold_vertex(Vertex(vertex)) {
+                    continue;
+                }
+                let [a, b] = [t, again].map(|t| t.vertex_sharpness(Vertex(v)));
+                require(a == b, || format!("{rule:?}: value {v} has sharpness {a}, {b} when made again"))?;
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn tessellated_channels_hold_the_limit_at_every_facet_corner() {
+    everywhere(25, |mesh, scheme, points, seed| {
+        let (corners, values) = random_seams(mesh, seed);
+        let table = PatchTable::new(mesh, scheme).map_err(|e| e.to_string())?;
+        for (rule, rates, facets) in [
+            (FaceVarying::CornersPlus1, Rates::Uniform(4), Facets::Quads),
+            (FaceVarying::All, Rates::Uniform(3), Facets::Triangles),
+            (FaceVarying::None, Rates::EdgeLength(0.3), Facets::Quads),
+        ] {
+            let own = channel(table.topology(), scheme, values.len(), &corners, rule);
+            let (rows, own) = (own.rows(&values), own.patch_table().unwrap());
+            let options = TessellateOptions { rates, facets, places: true, ..TessellateOptions::default() };
+            let Ok(fine) = table.surface(points).tessellate(&options) else { continue };
+            let uv = fine.channel(&table, own.surface(&rows)).unwrap();
+            require(uv.corners.len() == fine.corners.len(), || format!("{rule:?}: corners"))?;
+            let places = fine.places.as_ref().unwrap();
+            for (f, &(face, subface)) in places.facet.iter().enumerate() {
+                for c in fine.face_offsets[f] as usize..fine.face_offsets[f + 1] as usize {
+                    let [u, v] = places.corner_uv[c];
+                    let at = Location { face: Face(face), subface, u, v };
+                    let p = own.surface(&rows).position(at).unwrap();
+                    let q = uv.values[uv.corners[c] as usize];
+                    let off = (p[0] - q[0]).abs() + (p[1] - q[1]).abs();
+                    // Shared samples are evaluated by one face for all.
+                    require(off < 1e-13, || format!("{rule:?} {at:?}: {q:?} for {p:?}"))?;
+                }
+            }
+        }
+        Ok(())
+    });
 }

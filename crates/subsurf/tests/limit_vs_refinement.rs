@@ -1,98 +1,17 @@
-//! The closed forms against brute-force subdivision round the location, on random meshes and all shapes.
+//! The closed forms of Catmull-Clark subdivision against brute-force subdivision round the location, on random meshes and all shapes.
 
 mod brute_force;
 mod random_mesh;
 
-use brute_force::{Soup, apart, diagonal};
+use brute_force::{Worst, check};
 use random_mesh::{Recipe, for_all, random_points, recipe};
-use std::cell::Cell;
 use std::collections::HashSet;
 use subsurf::shapes::Shape;
-use subsurf::{
-    ControlMesh, Corner, Crease, Creasing, Derivatives, Face, LimitSurface, Location, Method, PatchTable, Scheme, Tags,
-    shapes,
-};
-
-/// Largest errors so far: position, first, second derivatives, position in f32.
-#[derive(Default)]
-struct Worst([Cell<f64>; 4]);
-
-impl Worst {
-    fn note(&self, what: usize, error: f64) {
-        self.0[what].set(self.0[what].get().max(error));
-    }
-
-    fn print(&self, name: &str) {
-        let [p, d, dd, f32] = [0, 1, 2, 3].map(|k| self.0[k].get());
-        println!("{name}: position {p:.1e}, first {d:.1e}, second {dd:.1e}, f32 {f32:.1e}");
-    }
-}
-
-/// Position within 1e-12 of the box (sums of 100 terms with weights of size one reach 1e-14). Derivatives relative to the
-/// largest there, 1e-10 and 1e-8: they lose a digit or two to the condition of the local step, not to the depth.
-/// In f32, 1e-6 of the box: control points and result are rounded, sums are not.
-const BOUNDS: [f64; 4] = [1e-12, 1e-10, 1e-8, 1e-6];
-
-struct Case<'a> {
-    soup: &'a Soup,
-    box_size: f64,
-    worst: &'a Worst,
-}
-
-impl Case<'_> {
-    fn at(
-        &self,
-        surface: &LimitSurface<'_, f64, 3>,
-        single: &LimitSurface<'_, f32, 3>,
-        at: Location,
-    ) -> Result<(), String> {
-        let (jet, truth) = match (surface.eval_second(at), self.soup.eval(at)) {
-            (None, None) => return Ok(()),
-            (Some(jet), Some(truth)) => (jet, truth),
-            (jet, _) => return Err(format!("{at:?}: is it a hole? The table says {}", jet.is_none())),
-        };
-        let mut errors = [apart(jet.position, truth.position) / self.box_size, 0.0, 0.0, 0.0];
-        match truth.derivatives {
-            None if jet.second.is_some() => return Err(format!("{at:?}: second derivatives at a special vertex")),
-            None => {}
-            Some(_) => {
-                if jet.derivatives != Derivatives::Finite {
-                    return Err(format!("{at:?}: derivatives are finite, not {:?}", jet.derivatives));
-                }
-                let second = jet.second.ok_or_else(|| format!("{at:?}: no second derivatives"))?;
-                [errors[1], errors[2]] = truth.derivative_errors(jet.du, jet.dv, second);
-            }
-        }
-        let rounded = single.eval(at).expect("no hole").position.map(|x| f64::from(x as f32));
-        errors[3] = apart(rounded, truth.position) / self.box_size;
-        for (k, what) in ["position", "first derivatives", "second derivatives", "position in f32"].iter().enumerate() {
-            self.worst.note(k, errors[k]);
-            if errors[k].is_nan() || errors[k] > BOUNDS[k] {
-                return Err(format!("{at:?} (depth {}): {what} off by {:.2e}", truth.depth, errors[k]));
-            }
-        }
-        Ok(())
-    }
-}
-
-fn check(
-    mesh: &ControlMesh,
-    positions: &[[f64; 3]],
-    at: &[Location],
-    method: Method,
-    worst: &Worst,
-) -> Result<(), String> {
-    let table = PatchTable::with_method(mesh, Scheme::CatmullClark, method).map_err(|e| e.to_string())?;
-    let soup = Soup::new(mesh, positions);
-    let rounded: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x as f32)).collect();
-    let (surface, single) = (table.surface(positions), table.surface(&rounded));
-    let case = Case { soup: &soup, box_size: diagonal(positions), worst };
-    at.iter().try_for_each(|&at| case.at(&surface, &single, at).map_err(|e| format!("{method:?} {e}")))
-}
+use subsurf::{ControlMesh, Corner, Crease, Creasing, Face, Location, Method, Scheme, Tags, shapes};
 
 fn check_recipe(recipe: &Recipe, method: Method, worst: &Worst) -> Result<(), String> {
     let made = recipe.mesh();
-    check(&made.mesh, &made.positions, &recipe.locations(&made.mesh), method, worst)
+    check(&made.mesh, Scheme::CatmullClark, &made.positions, &recipe.locations(&made.mesh), method, worst)
         .map_err(|e| format!("{e}\nfaces {:?}\ntags {:?}", made.mesh.faces().collect::<Vec<_>>(), made.mesh.tags()))
 }
 
@@ -143,7 +62,8 @@ fn the_limit_is_that_of_refinement_on_all_shapes() {
                     })
                 })
                 .collect();
-            check(&shape.mesh, &shape.positions, &at, method, &worst).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+            check(&shape.mesh, Scheme::CatmullClark, &shape.positions, &at, method, &worst)
+                .unwrap_or_else(|e| panic!("{}: {e}", shape.name));
         }
     }
     worst.print("all shapes");
@@ -166,7 +86,7 @@ fn check_everywhere(shape: &Shape) {
         })
         .collect();
     for method in [Method::Deflated, Method::Eigenbasis] {
-        check(&shape.mesh, &shape.positions, &at, method, &Worst::default())
+        check(&shape.mesh, Scheme::CatmullClark, &shape.positions, &at, method, &Worst::default())
             .unwrap_or_else(|e| panic!("{}: {e}", shape.name));
     }
 }

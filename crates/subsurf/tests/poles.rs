@@ -19,7 +19,7 @@ const PLACES: [(f64, f64); 6] = [(0.0, 0.0), (1e-12, 2e-12), (0.0, 1e-6), (1e-3,
 /// Checks a few faces round the pole against brute force, in positions and derivatives.
 fn is_exact(what: &str, mesh: &ControlMesh, faces: &[u32]) {
     let points = random_points(mesh.vertex_count(), 3);
-    let soup = Soup::new(mesh, &points);
+    let soup = Soup::new(mesh, Scheme::CatmullClark, &points);
     let table = PatchTable::with_method(mesh, Scheme::CatmullClark, Method::Deflated).unwrap();
     let surface = table.surface(&points);
     let single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| x as f32)).collect();

@@ -223,6 +223,7 @@ impl Run<'_> {
                     place,
                     own: self.variant.own,
                     diagonal: self.diagonal,
+                    fractions: self.fractions,
                     difference,
                     ours: pair.ours,
                     theirs: pair.theirs,

@@ -58,7 +58,7 @@ impl Quantity {
             (Self::Position, false) => 1e-11,
             (Self::Position, true) => 1e-7,
             (Self::Normal, false) => 1e-5,
-            (Self::Normal, true) => 1e-4,
+            (Self::Normal, true) => 1e-3,
             (Self::First, false) => 1e-8,
             (Self::First, true) => 1e-6,
             (Self::Second, false) => 1e-6,
@@ -66,14 +66,15 @@ impl Quantity {
         }
     }
 
-    /// What the witness itself may be off by.
-    fn slack(self) -> f64 {
-        match self {
+    /// What the witness itself may be off by, and its sharpness in single precision.
+    fn slack(self, fractions: bool) -> f64 {
+        let exact: f64 = match self {
             Self::Position => 1e-12,
             Self::Normal => 1e-6,
             Self::First => 1e-6,
             Self::Second => 1e-3,
-        }
+        };
+        if fractions { exact.max(self.threshold(true)) } else { exact }
     }
 }
 
@@ -154,6 +155,7 @@ pub struct Case {
     pub place: String,
     pub own: bool,
     pub diagonal: f64,
+    pub fractions: bool,
     pub difference: f64,
     pub ours: Value,
     pub theirs: Value,
@@ -202,7 +204,7 @@ impl Tallies {
         tally.judged += 1;
         tally.ours_off = tally.ours_off.max(ours);
         tally.theirs_off = tally.theirs_off.max(theirs);
-        if theirs < ours - quantity.slack() {
+        if theirs < ours - quantity.slack(case.fractions) {
             tally.lost.push(format!("{}: ours off by {ours:.2e}, theirs by {theirs:.2e}", case.place));
         }
         let better = |old: &Case| (case.own, case.difference) > (old.own, old.difference);

@@ -1,8 +1,9 @@
 //! OpenSubdiv's face-varying values: per level the value's index at every face corner, the values, and their limits.
 
-use super::VertexOrder;
 use super::refiner::{PeerRefiner, Refiner};
+use super::{Origin, VertexOrder};
 use crate::shape::Shape;
+use std::collections::HashSet;
 use std::ffi::c_int;
 
 unsafe extern "C" {
@@ -54,6 +55,24 @@ pub fn refine_channel(shape: &Shape, levels: u32) -> Result<Vec<ChannelLevel>, S
     Ok(out)
 }
 
+/// True where OpenSubdiv 3.7 takes one value for two. Values round a vertex may alternate, a b a b; the list of distinct
+/// ones that `Vtr::internal::FVarLevel::completeTopologyFromFaceValues` makes then gets b once more (it compares the
+/// second time with a only), and b's faces, torn apart, pass for two spans that are whole.
+///
+/// # Errors
+/// As [`refine_channel`].
+pub fn takes_one_value_for_two(shape: &Shape) -> Result<bool, String> {
+    let Some(channel) = &shape.channel else { return Ok(false) };
+    let level = super::refine(shape, 1, VertexOrder::VerticesFirst)?.pop().expect("level 1");
+    let refined = refine_channel(shape, 1)?.pop().expect("level 1");
+    // Children of values at vertices come first, those of one vertex after the other; a vertex without faces has one.
+    let old = |v: u32| matches!(level.vertex_origins[v as usize], Origin::Vertex(_));
+    let corners = level.face_vertices.iter().zip(&refined.indices).filter(|(v, _)| old(**v));
+    let counted: HashSet<u32> = corners.map(|(_, &value)| value).collect();
+    let distinct: HashSet<(u32, u32)> = shape.indices.iter().copied().zip(channel.indices.iter().copied()).collect();
+    Ok(counted.len() > distinct.len())
+}
+
 /// `PrimvarRefiner::LimitFaceVarying` of the values of `level`, in the order of that level's values.
 ///
 /// # Errors
@@ -65,4 +84,21 @@ pub fn limit_channel(shape: &Shape, level: u32) -> Result<Vec<[f64; 2]>, String>
     // SAFETY: both arrays have the finest level's number of values.
     unsafe { peer_value_limits(refiner.0, finest.values.as_ptr(), limits.as_mut_ptr()) };
     Ok(limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alternating_values_round_a_vertex_are_counted_twice() {
+        let text = |values: [u32; 4]| {
+            let [a, b, c, d] = values;
+            let faces = format!("f 1/3 2/3 5/{a} 4/3\nf 2/3 3/3 6/3 5/{b}\nf 5/{c} 6/3 9/3 8/3\nf 4/3 5/{d} 8/3 7/3");
+            let points: String = (0..9).map(|i| format!("v {} {} 0\n", i % 3, i / 3)).collect();
+            Shape::parse("catmark_x", &format!("{points}vt 0 0\nvt 1 0\nvt 2 0\n{faces}")).unwrap()
+        };
+        assert!(takes_one_value_for_two(&text([1, 2, 1, 2])).unwrap());
+        assert!(!takes_one_value_for_two(&text([1, 1, 2, 2])).unwrap());
+    }
 }

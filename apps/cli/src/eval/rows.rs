@@ -15,6 +15,7 @@ pub struct Columns {
 const USUAL: &str = "face,subface,u,v,x,y,z,du_x,du_y,du_z,dv_x,dv_y,dv_z,n_x,n_y,n_z,derivatives";
 const SECOND: &str = ",duu_x,duu_y,duu_z,duv_x,duv_y,duv_z,dvv_x,dvv_y,dvv_z";
 const CURVATURE: &str = ",k1,k2,gaussian,mean";
+const TEXTURE: &str = ",s,t,du_s,du_t,dv_s,dv_t";
 
 /// A number of the chosen precision, written with the fewest digits from which it reads back: at most 17 or 9.
 pub trait Number: Real {
@@ -36,19 +37,21 @@ impl Number for f32 {
 /// Evaluates and writes rows.
 pub struct Rows<'a, T> {
     surface: LimitSurface<'a, T, 3>,
+    texture: Option<LimitSurface<'a, T, 2>>,
     columns: Columns,
 }
 
 impl<'a, T: Number> Rows<'a, T> {
-    pub fn new(surface: LimitSurface<'a, T, 3>, columns: Columns) -> Self {
-        Self { surface, columns }
+    pub fn new(surface: LimitSurface<'a, T, 3>, texture: Option<LimitSurface<'a, T, 2>>, columns: Columns) -> Self {
+        Self { surface, texture, columns }
     }
 
     /// The names of the columns.
     pub fn header(&self) -> String {
         let second = if self.columns.second { SECOND } else { "" };
         let curvature = if self.columns.curvature { CURVATURE } else { "" };
-        format!("{USUAL}{second}{curvature}\n")
+        let texture = if self.texture.is_some() { TEXTURE } else { "" };
+        format!("{USUAL}{second}{curvature}{texture}\n")
     }
 
     /// Appends the row of the place `at`, which was given as `words`.
@@ -82,6 +85,11 @@ impl<'a, T: Number> Rows<'a, T> {
         if curvature {
             let all = jet.curvature().map(|c| [c.k1, c.k2, c.gaussian, c.mean]);
             optional_fields::<T, 4>(all, out);
+        }
+        if let Some(jet) = self.texture.and_then(|texture| texture.eval(at)) {
+            fields::<T>(&jet.position, out);
+            let finite = jet.derivatives == Derivatives::Finite;
+            optional_fields::<T, 4>(finite.then_some([jet.du[0], jet.du[1], jet.dv[0], jet.dv[1]]), out);
         }
         // Every field wrote a comma behind it.
         out.pop();

@@ -91,12 +91,25 @@ fn every_format_and_pipes_are_written() {
 }
 
 #[test]
-fn texture_coordinates_are_left_out_with_one_warning() {
-    let folder = Folder::new();
-    let run = folder.run(&format!("refine {} -l 1 -o out.obj", data("mixed_faces.obj"))).done();
-    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
-    assert!(run.stderr.starts_with("warning: ") && run.stderr.contains("texture coordinates"), "{}", run.stderr);
-    assert!(!folder.text("out.obj").contains("vt"));
+fn texture_coordinates_are_refined_and_go_on_with_the_same_channel() {
+    let flat = |scene: &Scene| -> Vec<[f64; 2]> {
+        let texture = scene.texture.as_ref().unwrap();
+        texture.indices.iter().map(|&i| texture.values[i as usize]).collect()
+    };
+    for rule in ["none", "corners-only", "corners-plus1", "corners-plus2", "boundaries", "all"] {
+        let folder = Folder::new();
+        let refine = |from: &str, level: u32, to: &str| {
+            folder.run(&format!("refine {from} -l {level} -o {to} --precision f64 --face-varying {rule}")).done();
+            mesh(&folder.text(to))
+        };
+        let two = refine(&data("mixed_faces.obj"), 2, "two.obj");
+        refine(&data("mixed_faces.obj"), 1, "one.obj");
+        let again = refine("one.obj", 1, "again.obj");
+        let (a, b) = (flat(&again), flat(&two));
+        assert_eq!(a.len(), b.len(), "{rule}");
+        let apart = a.iter().zip(&b).map(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-14, "{rule}: {apart:e}");
+    }
 }
 
 #[test]

@@ -99,3 +99,21 @@ fn threads_change_no_bit() {
     }
     assert!(folder.read("one.glb") == folder.read("two.glb"));
 }
+
+#[test]
+fn texture_coordinates_come_along_with_their_seams() {
+    let folder = Folder::new();
+    folder.run(&format!("tessellate {} -r 4 -o out.obj", data("mixed_faces.obj"))).done();
+    let out = mesh(&folder.text("out.obj"));
+    let texture = out.texture.unwrap();
+    assert_eq!(texture.indices.len(), out.mesh.corners().len());
+    // Control values are the corners of the unit square, and no rule leads outside.
+    assert!(texture.values.iter().flatten().all(|&x| (-1e-6..=1.0 + 1e-6).contains(&x)));
+    // At seams one vertex has several values.
+    let mut values_of = std::collections::BTreeMap::<u32, std::collections::BTreeSet<u32>>::new();
+    out.mesh.corners().iter().zip(&texture.indices).for_each(|(&v, &t)| {
+        values_of.entry(v).or_default().insert(t);
+    });
+    assert!(values_of.values().any(|values| values.len() > 1));
+    assert!(values_of.values().filter(|values| values.len() == 1).count() > values_of.len() / 2);
+}

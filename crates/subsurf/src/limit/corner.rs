@@ -54,7 +54,19 @@ impl Corner {
     }
 }
 
-/// The corner at the origin of `h`, together with the half-edge along `e_0`. No sharpness there may be finite.
+pub(crate) fn is_finite_sharpness(s: f64) -> bool {
+    s > 0.0 && s < INFINITE_SHARPNESS
+}
+
+/// True where sharpness at the origin of `h` will change.
+pub(crate) fn has_finite_sharpness(t: &Topology, h: HalfEdge) -> bool {
+    let v = t.origin(h);
+    is_finite_sharpness(t.vertex_sharpness(v))
+        || t.foreign_sharpness(v).iter().any(|&s| is_finite_sharpness(s))
+        || t.sharp_edges(v).iter().any(|&e| is_finite_sharpness(t.edge_sharpness(Edge(e))))
+}
+
+/// The corner at the origin of `h`, together with the half-edge along `e_0`. Finite sharpness counts as infinite.
 pub(crate) fn corner(t: &Topology, h: HalfEdge, split: SplitKind) -> (Corner, HalfEdge) {
     let v = t.origin(h);
     let sharp = |e: Edge| t.edge_sharpness(e) > 0.0;

@@ -81,7 +81,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
 }
 
 /// The same under Loop: four children to a face, the middle one turned upside down.
-fn triangle_place(f: Face, corner: usize, depth: u32) -> Location {
+pub(super) fn triangle_place(f: Face, corner: usize, depth: u32) -> Location {
     // The place of corner 0, in cells of the level, and the cells' direction.
     let (mut x, mut y, mut sign) = (0i64, 0i64, 1i64);
     for k in (0..depth).rev() {

@@ -2,7 +2,8 @@
 //!
 //! A patch is a quad (a triangle under Loop), or one sub-face of another face; patches are numbered face by face (the order of Ptex).
 
-use super::plan::{PatchKind, Plan, SpecialVertices};
+use super::plan::{PatchKind, Plan, Plans, SpecialVertices};
+use super::plan_key::{Key, Keys, canonical_corner};
 use super::special::Method;
 use crate::index::{Face, HalfEdge};
 use crate::limit::{LimitSurface, Location};
@@ -12,9 +13,7 @@ use crate::refine::scheme_topology;
 use crate::scheme::{Scheme, SplitKind};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::hash::{BuildHasherDefault, Hasher};
 
 /// Patches a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
 const CHUNK: usize = 2048;
@@ -31,7 +30,7 @@ pub struct PatchTable {
     patch_turn: Vec<u8>,
     ring_offset: Vec<u32>,
     ring: Vec<u32>,
-    plans: Vec<Plan>,
+    plans: Plans,
     specials: SpecialVertices,
 }
 
@@ -43,6 +42,8 @@ pub struct TableSize {
     pub patches: usize,
     /// Distinct plans.
     pub plans: usize,
+    /// Nodes of the patch trees of all plans, shared ones counted once.
+    pub nodes: usize,
     /// Plans that are one bicubic patch.
     pub regular_plans: usize,
     /// Patches whose plan is one bicubic patch.
@@ -100,17 +101,7 @@ impl PatchTable {
             .map(|chunk| Gathered::of_chunk(&topology, whole, chunk))
             .collect();
         let merged = Merged::new(gathered)?;
-        let plans = merged
-            .representatives
-            .par_iter()
-            .map_init(
-                || (Walk::default(), Surroundings::default()),
-                |(walk, around), &(face, corner)| {
-                    topology.surroundings(Face(face), corner as usize, walk, around);
-                    Plan::new(&topology, around, scheme, &specials)
-                },
-            )
-            .collect();
+        let plans = Plans::compile(&topology, &merged.representatives, merged.known, scheme, &specials);
         Ok(Self {
             topology,
             scheme,
@@ -190,11 +181,11 @@ impl PatchTable {
 
     /// Kind and depth of the patch-tree leaf at a place; none in holes.
     pub fn patch_kind(&self, patch: usize, u: f64, v: f64) -> Option<(PatchKind, u32)> {
-        self.patch_plan(patch).map(|plan| self.plans[plan].patch_kind(u, v, self.patch_turn[patch]))
+        self.patch_plan(patch).map(|plan| self.plan(plan).patch_kind(u, v, self.patch_turn[patch]))
     }
 
-    pub(crate) fn plan(&self, plan: usize) -> &Plan {
-        &self.plans[plan]
+    pub(crate) fn plan(&self, plan: usize) -> Plan<'_> {
+        self.plans.get(plan)
     }
 
     pub(crate) fn plan_count(&self) -> usize {
@@ -213,18 +204,18 @@ impl PatchTable {
     /// Counts and memory.
     pub fn size(&self) -> TableSize {
         let t = &self.topology;
-        let regular: Vec<bool> = self.plans.iter().map(Plan::is_regular).collect();
+        let regular: Vec<bool> = (0..self.plans.len()).map(|plan| self.plan(plan).is_regular()).collect();
         let specials = self.specials.all();
         TableSize {
             patches: self.patch_plan.iter().filter(|&&p| p != NONE).count(),
             plans: self.plans.len(),
+            nodes: self.plans.node_count(),
             regular_plans: regular.iter().filter(|&&r| r).count(),
             regular_patches: self.patch_plan.iter().filter(|&&p| p != NONE && regular[p as usize]).count(),
             special_vertices: specials.len(),
             patch_bytes: 4 * (self.face_patch.len() + self.patch_plan.len() + self.ring_offset.len() + self.ring.len())
                 + self.patch_turn.len(),
-            plan_bytes: self.plans.iter().map(Plan::bytes).sum::<usize>()
-                + specials.iter().map(|s| s.bytes()).sum::<usize>(),
+            plan_bytes: self.plans.bytes() + specials.iter().map(|s| s.bytes()).sum::<usize>(),
             topology_bytes: 16 * t.half_edge_count() + 24 * t.edge_count() + 20 * t.vertex_count() + 5 * t.face_count(),
         }
     }
@@ -261,13 +252,11 @@ struct Gathered {
     ring_length: Vec<u32>,
     ring: Vec<u32>,
     /// Distinct keys in order of appearance, each with the patch that it was first met at.
-    keys: Vec<(Key, Place)>,
+    keys: Vec<(Key, Start)>,
 }
 
-type Key = Box<[u32]>;
 /// A face, and the corner that its walk starts at.
-type Place = (u32, u32);
-type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
+pub(super) type Start = (u32, u32);
 
 impl Gathered {
     fn of_chunk(t: &Topology, whole: usize, chunk: usize) -> Self {
@@ -312,7 +301,9 @@ struct Merged {
     ring_offset: Vec<u32>,
     ring: Vec<u32>,
     /// Per plan a face, and the corner that its walk starts at.
-    representatives: Vec<Place>,
+    representatives: Vec<Start>,
+    /// Plan of every key.
+    known: Keys,
 }
 
 impl Merged {
@@ -327,13 +318,13 @@ impl Merged {
             ring_offset: vec![0],
             ring: Vec::with_capacity(total),
             representatives: Vec::new(),
+            known: Keys::default(),
         };
-        let mut known = Keys::default();
         for chunk in chunks {
             let mut renumber = Vec::with_capacity(chunk.keys.len());
             for (key, place) in chunk.keys {
-                let next = known.len() as u32;
-                renumber.push(match known.entry(key) {
+                let next = out.known.len() as u32;
+                renumber.push(match out.known.entry(key) {
                     Entry::Occupied(plan) => *plan.get(),
                     Entry::Vacant(empty) => {
                         out.representatives.push(place);
@@ -352,84 +343,5 @@ impl Merged {
             out.ring.extend_from_slice(&chunk.ring);
         }
         Ok(out)
-    }
-}
-
-/// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
-/// differ by a turn alone share a plan. Ties go to the first.
-fn canonical_corner(t: &Topology, face: Face) -> usize {
-    let sides = t.sides(face);
-    let mut sign = [0; 4];
-    for (c, s) in sign.iter_mut().enumerate().take(sides) {
-        *s = corner_signature(t, t.half_edge(face, c));
-    }
-    if sign[1..sides].iter().all(|&s| s == sign[0]) {
-        return 0;
-    }
-    let turned = |c: usize| {
-        let mut signs = [0; 4];
-        (0..sides).for_each(|k| signs[k] = sign[(c + k) % sides]);
-        signs
-    };
-    (0..sides).min_by_key(|&c| turned(c)).unwrap_or(0)
-}
-
-/// A number that is equal for corners with equal fans (and seldom equal for others).
-fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
-    let v = t.origin(own);
-    let sharp = t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty();
-    let mut hash = KeyHasher::default();
-    let mut note = |h: HalfEdge| {
-        hash.write_u32(t.sides(t.face(h)) as u32);
-        if sharp {
-            hash.write_u64(t.edge_sharpness(t.edge(h)).to_bits());
-        }
-    };
-    let (mut left, mut right) = (0u64, 0u64);
-    let mut at = own;
-    let closed = loop {
-        note(at);
-        match t.turn_left(at) {
-            None => break false,
-            Some(h) if h == own => break true,
-            Some(h) => at = h,
-        }
-        left += 1;
-    };
-    if !closed {
-        at = own;
-        while let Some(h) = t.turn_right(at) {
-            note(h);
-            at = h;
-            right += 1;
-        }
-    }
-    if sharp {
-        hash.write_u64(t.vertex_sharpness(v).to_bits());
-    }
-    // Valence first, so that canonical turns put the smallest valence at the front.
-    (left + right).min(0xffff) << 48 | right.min(0xff) << 40 | (hash.finish() & 0xff_ffff_ffff)
-}
-
-/// A fast hash of short lists of small numbers; keys are compared in full.
-#[derive(Default)]
-struct KeyHasher(u64);
-
-impl Hasher for KeyHasher {
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 29
-    }
-    fn write(&mut self, bytes: &[u8]) {
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.write_u64(u64::from_le_bytes(word));
-        }
-    }
-    fn write_u32(&mut self, x: u32) {
-        self.write_u64(u64::from(x));
-    }
-    fn write_u64(&mut self, x: u64) {
-        self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }

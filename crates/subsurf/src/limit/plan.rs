@@ -1,19 +1,23 @@
 //! A plan: everything that the limit of one face depends on except positions. Faces with equal surroundings share it.
 //!
-//! A plan is a tree. A node is either split into four children, the level's explicit refinement, or a leaf:
-//! a bicubic patch, a patch along one semi-sharp crease, or a special vertex with its closed form. Every leaf has its
-//! control points as sparse rows over the face's ring. The tree is at most `⌈sharpness⌉ + 2` levels deep: each level
-//! takes one from every finite sharpness, makes all faces quads, and parts special vertices.
+//! Plans are nodes. A node either is a leaf (a bicubic patch, a patch along one semi-sharp crease, or a special vertex with
+//! its closed form; under Loop a quartic patch or a special vertex, with any semi-sharp creases on top), or is split into
+//! four children by one step of explicit refinement. A child is a node again, with its points as sparse rows over those of
+//! its parent; children with equal surroundings are one node, whoever their parents are. So what a crease of sharpness s
+//! needs beyond its first levels is made once for a whole mesh, and plans are at most `⌈sharpness⌉ + 2` nodes deep: each
+//! level takes one from every finite sharpness, makes all faces quads, and parts special vertices. Only along boundaries
+//! that are kept linear does a node lead back to itself.
 
 mod compile;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::Corner;
-use super::linear_boundary::LinearBoundary;
+use super::linear_boundary::LinearEnds;
 use super::rows::Rows;
 use super::single_crease;
 use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
+use super::triangle_crease::TriangleCrease;
 use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triangle};
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
@@ -63,15 +67,51 @@ pub enum PatchKind {
     Special,
 }
 
-enum Node {
-    Split([u32; 4]),
-    Leaf(u32),
+/// The plans of a mesh: nodes, of which the first are those of its faces.
+pub(crate) struct Plans {
+    split: SplitKind,
+    nodes: Vec<Node>,
+    /// Number of nodes that are plans of faces.
+    plans: usize,
+}
+
+struct Node {
+    /// Number of control points.
+    ring: usize,
+    body: Body,
+}
+
+enum Body {
+    Leaf(Leaf),
+    Split(Box<Split>),
+}
+
+/// One step of refinement.
+struct Split {
+    /// The refined points that some child needs, over those of the node.
+    points: Rows,
+    /// All four, or of a face that is no quad the sub-face at the first corner, which has the same parameters.
+    children: Vec<Child>,
+    /// What ends the way along a boundary that is kept linear.
+    ends: Option<LinearEnds>,
+}
+
+struct Child {
+    node: u32,
+    /// Which corner of the child is the node's corner 0.
+    turn: u8,
+    /// The child's control points among the refined points.
+    ring: Box<[u32]>,
 }
 
 struct Leaf {
     shape: LeafShape,
-    /// The leaf's control points over the ring.
+    /// The leaf's control points over the node's, the creases' bends last.
     points: Rows,
+    /// Number of points without bends.
+    patch_points: usize,
+    /// Semi-sharp creases under Loop, which the shape takes for infinitely sharp.
+    creases: Vec<TriangleCrease>,
 }
 
 enum LeafShape {
@@ -84,180 +124,288 @@ enum LeafShape {
     SingleCrease { turn: u8, sharpness: f64 },
     /// Points of a special vertex at corner `turn`.
     Special { turn: u8, vertex: Arc<SpecialVertex> },
-    /// A face with a side on a boundary that is kept piecewise linear: the leaf's own surroundings.
-    LinearBoundary(Box<LinearBoundary>),
 }
 
-impl LeafShape {
+impl Plans {
+    /// Number of plans of faces.
+    pub fn len(&self) -> usize {
+        self.plans
+    }
+
+    /// Number of nodes, those of plans included.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub fn get(&self, plan: usize) -> Plan<'_> {
+        debug_assert!(plan < self.plans);
+        Plan { plans: self, node: plan as u32 }
+    }
+
     /// Heap memory in bytes, shared special vertices left out.
-    fn bytes(&self) -> usize {
-        match self {
-            LeafShape::LinearBoundary(form) => form.bytes(),
-            _ => 0,
-        }
+    pub fn bytes(&self) -> usize {
+        let child = |child: &Child| size_of::<Child>() + size_of_val(&child.ring[..]);
+        let body = |node: &Node| match &node.body {
+            Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
+            Body::Split(split) => {
+                let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
+                size_of::<Split>() + split.points.bytes() + split.children.iter().map(child).sum::<usize>() + ends
+            }
+        };
+        self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..])
     }
 }
 
-/// A compiled plan.
-pub(crate) struct Plan {
-    split: SplitKind,
-    ring: usize,
-    nodes: Vec<Node>,
-    leaves: Vec<Leaf>,
-    root: u32,
-}
-
-/// A leaf, and the place in it.
-struct Found<'a> {
-    leaf: &'a Leaf,
-    depth: u32,
-    /// Leaf parameters per face parameter; negative in triangles that are turned upside down.
-    speed: f64,
+/// A place on the way down from a face to a leaf.
+#[derive(Clone, Copy)]
+struct Place {
     u: f64,
     v: f64,
+    /// Which corner of the face is the node's corner 0.
+    turn: u8,
+    depth: u32,
+    /// Parameters here per face parameter; negative in triangles that are turned upside down.
+    speed: f64,
 }
 
-/// The child that holds `(u, v)`: its number, the place in it, and -1 where it is turned upside down.
-pub(super) fn descend(split: SplitKind, u: f64, v: f64) -> (usize, f64, f64, f64) {
-    match (split, u >= 0.5, v >= 0.5) {
-        (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
-        (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
-        (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
-        (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
-        (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
-        _ => (0, 2.0 * u, 2.0 * v, 1.0),
+impl Place {
+    fn turned(self, split: SplitKind, turn: u8) -> (f64, f64) {
+        match split {
+            SplitKind::Quads => turned_quad(self.u, self.v, turn),
+            SplitKind::Triangles => turned_triangle(self.u, self.v, turn),
+        }
+    }
+
+    /// The child that holds the place, and the place in it: parameters keep the face's orientation.
+    fn descend(self, split: SplitKind) -> (usize, Self) {
+        let (u, v) = (self.u, self.v);
+        let (child, u, v, flip) = match (split, u >= 0.5, v >= 0.5) {
+            (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
+            (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
+            (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
+            (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
+            (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
+            _ => (0, 2.0 * u, 2.0 * v, 1.0),
+        };
+        let corners = corners(split);
+        let own = if child == 3 && split == SplitKind::Triangles {
+            3
+        } else {
+            (child + corners - usize::from(self.turn)) % corners
+        };
+        (own, Self { u, v, depth: self.depth + 1, speed: 2.0 * flip * self.speed, ..self })
+    }
+}
+
+fn corners(split: SplitKind) -> usize {
+    match split {
+        SplitKind::Quads => 4,
+        SplitKind::Triangles => 3,
     }
 }
 
 /// Weights over a face's ring at one location.
 pub(crate) type RingWeights = PointWeights;
 
-impl Plan {
-    /// Number of control points of the ring.
-    pub fn ring(&self) -> usize {
-        self.ring
+/// Where the way down from a face ends.
+enum End<'a> {
+    Leaf(&'a Leaf),
+    /// On a boundary that is kept linear: weights over the node's points.
+    Boundary(PointWeights),
+}
+
+/// The plan of a face.
+#[derive(Clone, Copy)]
+pub(crate) struct Plan<'a> {
+    plans: &'a Plans,
+    node: u32,
+}
+
+/// Nodes on a way from which on derivative weights are cleared of what rounding adds to their sum, which would double with
+/// every further node. Ways without a linear boundary are shorter.
+const LONG: usize = 16;
+
+impl<'a> Plan<'a> {
+    fn root(self) -> &'a Node {
+        &self.plans.nodes[self.node as usize]
     }
 
-    /// Finds the leaf at `(u, v)`, parameters of a face whose corner `turn` is the plan's corner 0.
-    fn leaf(&self, u: f64, v: f64, turn: u8) -> Found<'_> {
-        let mut found = Found { leaf: &self.leaves[0], depth: 0, speed: 1.0, u, v };
-        let mut node = self.root;
-        while let Node::Split(children) = self.nodes[node as usize] {
-            let (child, u, v, flip) = descend(self.split, found.u, found.v);
-            (found.u, found.v) = (u, v);
-            let turn = usize::from(turn);
-            let own = match self.split {
-                SplitKind::Quads => (child + 4 - turn) % 4,
-                SplitKind::Triangles if child == 3 => 3,
-                SplitKind::Triangles => (child + 3 - turn) % 3,
+    /// Number of control points of the ring.
+    pub fn ring(self) -> usize {
+        self.root().ring
+    }
+
+    /// Goes down to the leaf at a place; `visit` sees every step on the way: the node that is left, how, and to which child.
+    fn walk(
+        self,
+        u: f64,
+        v: f64,
+        turn: u8,
+        count: usize,
+        mut visit: impl FnMut(&'a Node, &'a Split, &'a Child),
+    ) -> (End<'a>, Place, &'a Node) {
+        let kind = self.plans.split;
+        let mut at = Place { u, v, turn, depth: 0, speed: 1.0 };
+        let mut node = self.root();
+        loop {
+            let split = match &node.body {
+                Body::Leaf(leaf) => return (End::Leaf(leaf), at, node),
+                Body::Split(split) => split,
             };
-            node = children[own];
-            found.depth += 1;
-            found.speed *= 2.0 * flip;
+            if let Some(ends) = &split.ends {
+                let (a, b) = at.turned(kind, at.turn);
+                if let Some(weights) = ends.weights(kind, a, b, at.depth, node.ring, count) {
+                    return (End::Boundary(weights), at, node);
+                }
+            }
+            let child = match &split.children[..] {
+                [only] => only,
+                children => {
+                    let (child, below) = at.descend(kind);
+                    at = below;
+                    &children[child]
+                }
+            };
+            visit(node, split, child);
+            at.turn = (at.turn + child.turn) % corners(kind) as u8;
+            node = &self.plans.nodes[child.node as usize];
         }
-        if let Node::Leaf(leaf) = self.nodes[node as usize] {
-            found.leaf = &self.leaves[leaf as usize];
-        }
-        found
     }
 
     /// Which kind of leaf covers `(u, v)`, and at which depth.
-    pub fn patch_kind(&self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
-        let found = self.leaf(u, v, turn);
-        let kind = match found.leaf.shape {
-            LeafShape::Linear | LeafShape::Regular => PatchKind::Regular,
-            LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
-            LeafShape::Special { .. } | LeafShape::LinearBoundary(_) => PatchKind::Special,
+    pub fn patch_kind(self, u: f64, v: f64, turn: u8) -> (PatchKind, u32) {
+        let (end, at, _) = self.walk(u, v, turn, 0, |_, _, _| {});
+        let kind = match end {
+            End::Boundary(_) => PatchKind::Special,
+            End::Leaf(leaf) => match leaf.shape {
+                LeafShape::Special { .. } => PatchKind::Special,
+                LeafShape::SingleCrease { .. } => PatchKind::SingleCrease,
+                _ if !leaf.creases.is_empty() => PatchKind::SingleCrease,
+                LeafShape::Linear | LeafShape::Regular => PatchKind::Regular,
+            },
         };
-        (kind, found.depth)
+        (kind, at.depth)
     }
 
     /// Weights over the ring for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) (1, 3 or 6) at `(u, v)`,
     /// parameters of a face whose corner `turn` is the plan's corner 0.
-    pub fn weights(&self, u: f64, v: f64, turn: u8, count: usize) -> RingWeights {
-        let Found { leaf, speed, u, v, .. } = self.leaf(u, v, turn);
-        let corners = match self.split {
-            SplitKind::Quads => 4,
-            SplitKind::Triangles => 3,
-        };
-        let total = |leaf_turn: u8| (turn + leaf_turn) % corners;
-        let turned = |turn: u8| match self.split {
-            SplitKind::Quads => turned_quad(u, v, turn),
-            SplitKind::Triangles => turned_triangle(u, v, turn),
-        };
-        let (local, turn) = match &leaf.shape {
-            LeafShape::Linear => {
-                let (a, b) = turned(turn);
-                (linear(self.split, a, b), turn)
+    pub fn weights(self, u: f64, v: f64, turn: u8, count: usize) -> RingWeights {
+        let mut way = Vec::new();
+        let (end, at, last) = self.walk(u, v, turn, count, |node, split, child| way.push((node.ring, split, child)));
+        let mut weights = match end {
+            End::Leaf(leaf) => {
+                let local = leaf.weights(self.plans.split, at, count);
+                through(local, last.ring, count, |row, out| leaf.points.left_multiply(row, out))
             }
-            LeafShape::LinearBoundary(form) => {
-                let (a, b) = turned(turn);
-                (form.weights(a, b, count), turn)
+            End::Boundary(local) => turn_back(self.plans.split, local, at.turn),
+        };
+        let is_long = way.len() > LONG;
+        for (ring, split, child) in way.into_iter().rev() {
+            weights = through(weights, ring, count, |row, out| split.points.left_multiply_some(row, &child.ring, out));
+            if is_long {
+                weights.rows[1..count].iter_mut().for_each(|row| clear_sum(row));
+            }
+        }
+        if at.speed != 1.0 {
+            for (row, times) in weights.rows.iter_mut().zip([0, 1, 1, 2, 2, 2]).take(count).skip(1) {
+                let factor = at.speed.powi(times);
+                row.iter_mut().for_each(|w| *w *= factor);
+            }
+        }
+        weights
+    }
+
+    /// True where one spline patch covers the face.
+    pub fn is_regular(self) -> bool {
+        matches!(&self.root().body, Body::Leaf(leaf) if matches!(leaf.shape, LeafShape::Regular) && leaf.creases.is_empty())
+    }
+
+    /// The sixteen control points over the ring, where one bicubic patch covers the face.
+    pub fn regular_points(self) -> Option<&'a Rows> {
+        match &self.root().body {
+            Body::Leaf(leaf) if self.is_regular() && self.plans.split == SplitKind::Quads => Some(&leaf.points),
+            _ => None,
+        }
+    }
+}
+
+impl Leaf {
+    /// Weights over the leaf's points.
+    fn weights(&self, split: SplitKind, at: Place, count: usize) -> PointWeights {
+        let total = |leaf_turn: u8| (at.turn + leaf_turn) % corners(split) as u8;
+        let (local, turn) = match &self.shape {
+            LeafShape::Linear => {
+                let (a, b) = at.turned(split, at.turn);
+                (linear(split, a, b), at.turn)
             }
             LeafShape::Regular => {
-                let (a, b) = turned(turn);
-                let weights = match self.split {
+                let (a, b) = at.turned(split, at.turn);
+                let weights = match split {
                     SplitKind::Quads => tensor(&cubic(a), &cubic(b), count),
                     SplitKind::Triangles => box_spline::basis(a, b, count),
                 };
-                (dense(weights, count, leaf.points.len()), turn)
+                (dense(weights, count, self.patch_points), at.turn)
             }
             LeafShape::SingleCrease { turn, sharpness } => {
                 let turn = total(*turn);
-                let (a, _) = turned(turn);
+                let (a, _) = at.turned(split, turn);
                 // The distance from the crease, exact next to it.
-                let (_, distance) = turned((turn + 2) % 4);
+                let (_, distance) = at.turned(split, (turn + 2) % 4);
                 let across = single_crease::curve(distance, *sharpness);
                 (dense(tensor(&cubic(a), &across, count), count, 16), turn)
             }
             LeafShape::Special { turn, vertex } => {
                 let turn = total(*turn);
-                let (a, b) = turned(turn);
+                let (a, b) = at.turned(split, turn);
                 (vertex.weights(a, b, count), turn)
             }
         };
-        let local = match self.split {
-            SplitKind::Quads => turn_back_quad(local, turn),
-            SplitKind::Triangles => turn_back_triangle(local, turn),
-        };
-        self.on_ring(leaf, local, speed, count)
-    }
-
-    /// Leaf weights to ring weights, with the factor `speed` per differentiation.
-    fn on_ring(&self, leaf: &Leaf, local: PointWeights, speed: f64, count: usize) -> RingWeights {
-        let through = |row: &[f64], factor: f64| {
-            let mut out = vec![0.0; self.ring];
-            leaf.points.left_multiply(row, &mut out);
-            if factor != 1.0 {
-                out.iter_mut().for_each(|w| *w *= factor);
-            }
-            out
-        };
-        let mut out = RingWeights::default();
-        for order in 0..count {
-            let times = [0, 1, 1, 2, 2, 2][order];
-            out.rows[order] = through(&local.rows[order], speed.powi(times));
+        let mut local = turn_back(split, local, turn);
+        for crease in &self.creases {
+            let turn = total(crease.turn);
+            let (a, b) = at.turned(split, turn);
+            let rows = crease.weights(a, b, count);
+            let bends = turn_back_triangle(PointWeights { rows, at_vertex: None }, turn);
+            local.rows.iter_mut().zip(bends.rows).for_each(|(row, bends)| row.extend(bends));
         }
-        out.at_vertex = local
-            .at_vertex
-            .map(|at| AtVertex { plane: at.plane.map(|plane| plane.map(|row| through(&row, 1.0))), ..at });
+        local
+    }
+}
+
+/// Derivatives in parameters turned by `turn` to derivatives in the face's own.
+fn turn_back(split: SplitKind, weights: PointWeights, turn: u8) -> PointWeights {
+    match split {
+        SplitKind::Quads => turn_back_quad(weights, turn),
+        SplitKind::Triangles => turn_back_triangle(weights, turn),
+    }
+}
+
+/// Weights over points to weights over the `width` points that they are made of; `multiply` adds a row to the result.
+pub(super) fn through(
+    local: PointWeights,
+    width: usize,
+    count: usize,
+    multiply: impl Fn(&[f64], &mut [f64]),
+) -> PointWeights {
+    let multiply = |row: &[f64]| {
+        let mut out = vec![0.0; width];
+        multiply(row, &mut out);
         out
+    };
+    let mut out = PointWeights::default();
+    for (out, row) in out.rows.iter_mut().zip(&local.rows).take(count) {
+        *out = multiply(row);
     }
+    out.at_vertex =
+        local.at_vertex.map(|at| AtVertex { plane: at.plane.map(|plane| plane.map(|row| multiply(&row))), ..at });
+    out
+}
 
-    /// True where one spline patch covers the face.
-    pub fn is_regular(&self) -> bool {
-        self.leaves.len() == 1 && matches!(self.leaves[0].shape, LeafShape::Regular)
-    }
-
-    /// The sixteen control points over the ring, where one bicubic patch covers the face.
-    pub fn regular_points(&self) -> Option<&Rows> {
-        (self.is_regular() && self.split == SplitKind::Quads).then(|| &self.leaves[0].points)
-    }
-
-    /// Heap memory in bytes, shared special vertices left out.
-    pub fn bytes(&self) -> usize {
-        self.leaves.iter().map(|leaf| leaf.points.bytes() + leaf.shape.bytes() + size_of::<Leaf>()).sum::<usize>()
-            + self.nodes.len() * size_of::<Node>()
+/// Takes from the largest weight what the sum is off zero.
+fn clear_sum(row: &mut [f64]) {
+    let excess: f64 = row.iter().sum();
+    if let Some(largest) = row.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())) {
+        *largest -= excess;
     }
 }
 

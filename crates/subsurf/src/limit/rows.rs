@@ -13,17 +13,27 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
+    /// No rows over `columns` points.
+    pub fn empty(columns: usize) -> Self {
+        Self { offset: vec![0], columns, ..Self::default() }
+    }
+
+    /// Adds a row: the terms added to `sum` since it was last taken from.
+    pub fn push(&mut self, sum: &mut Accumulator) {
+        sum.drain(|c, w| {
+            self.column.push(c);
+            self.weight.push(w);
+        });
+        self.offset.push(self.column.len() as u32);
+    }
+
     /// Rows over `columns` points; terms with the same column are added.
     pub fn new<'a>(columns: usize, rows: impl IntoIterator<Item = &'a Combination>) -> Self {
-        let mut out = Self { offset: vec![0], columns, ..Self::default() };
+        let mut out = Self::empty(columns);
         let mut sum = Accumulator::new(columns);
         for row in rows {
             row.iter().for_each(|&(c, w)| sum.add(c, w));
-            for (c, w) in sum.take() {
-                out.column.push(c);
-                out.weight.push(w);
-            }
-            out.offset.push(out.column.len() as u32);
+            out.push(&mut sum);
         }
         out
     }
@@ -42,6 +52,15 @@ impl Rows {
         for (i, &w) in left.iter().enumerate() {
             if w != 0.0 {
                 self.row(i).for_each(|(c, x)| out[c as usize] += w * x);
+            }
+        }
+    }
+
+    /// The same where `left` is over some of the rows.
+    pub fn left_multiply_some(&self, left: &[f64], rows: &[u32], out: &mut [f64]) {
+        for (&i, &w) in rows.iter().zip(left) {
+            if w != 0.0 {
+                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
             }
         }
     }
@@ -82,18 +101,16 @@ impl Accumulator {
         self.sum[c] += weight;
     }
 
-    /// The terms added since the last call; zeros are dropped.
-    pub fn take(&mut self) -> Combination {
+    /// Hands over the terms added since the last call, ascending; zeros are dropped.
+    pub fn drain(&mut self, mut term: impl FnMut(u32, f64)) {
         self.touched.sort_unstable();
-        let mut terms = Vec::with_capacity(self.touched.len());
         for c in self.touched.drain(..) {
             let w = std::mem::take(&mut self.sum[c as usize]);
             self.used[c as usize] = false;
             if w != 0.0 {
-                terms.push((c, w));
+                term(c, w);
             }
         }
-        terms
     }
 }
 

@@ -9,6 +9,7 @@ use crate::topology::NONE;
 use std::ops::Range;
 
 /// Facets along edges and inside patches.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PatchRates {
     /// Per edge; even where a face beside it is no quad.
     pub edge: Vec<u32>,
@@ -117,6 +118,10 @@ impl<'a> Layout<'a> {
         }
         face_first.push(next);
         Self { table, rates, vertex_point, vertex_owner, edge_first, edge_owner, face_first, vertices }
+    }
+
+    pub fn into_rates(self) -> PatchRates {
+        self.rates
     }
 
     pub fn check(&self, most_points: u64) -> Result<(), TessellateError> {

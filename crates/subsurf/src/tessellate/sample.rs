@@ -4,7 +4,7 @@
 use super::layout::{Layout, PatchGrid};
 use super::normals::{Sides, Source};
 use crate::index::{Face, HalfEdge};
-use crate::limit::{LimitSurface, Location, cubic, unit_normal};
+use crate::limit::{Jet, LimitSurface, Location, cubic, unit_normal};
 use crate::real::{Real, round};
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -21,10 +21,23 @@ struct Pattern {
     weights: Vec<f64>,
 }
 
-pub(super) struct Sampler<'a, T> {
-    surface: LimitSurface<'a, T, 3>,
+/// How to get normals of values that are positions.
+pub(super) struct NormalOf<const N: usize> {
+    /// From both derivatives.
+    pub tangents: fn([f64; N], [f64; N]) -> Option<[f64; 3]>,
+    /// At places of all kinds.
+    pub jet: fn(&Jet<N>) -> Option<[f64; 3]>,
+}
+
+impl NormalOf<3> {
+    /// Of positions in space.
+    pub const SPACE: Self = Self { tangents: unit_normal, jet: Jet::normal };
+}
+
+pub(super) struct Sampler<'a, T, const N: usize> {
+    surface: LimitSurface<'a, T, N>,
     layout: &'a Layout<'a>,
-    normals: bool,
+    normals: Option<NormalOf<N>>,
     /// Per plan, for patches of `cells × cells`.
     patterns: Vec<OnceLock<Pattern>>,
     /// Cells of the patterns, for quads and for sub-faces; 0 where rates differ from patch to patch.
@@ -32,8 +45,11 @@ pub(super) struct Sampler<'a, T> {
     use_pattern: Vec<bool>,
 }
 
-impl<'a, T: Real> Sampler<'a, T> {
-    pub fn new(surface: LimitSurface<'a, T, 3>, layout: &'a Layout<'a>, normals: bool) -> Self {
+/// A value and, where it is wanted, a normal.
+type Sample<const N: usize> = ([f64; N], [f64; 3]);
+
+impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
+    pub fn new(surface: LimitSurface<'a, T, N>, layout: &'a Layout<'a>, normals: Option<NormalOf<N>>) -> Self {
         let table = surface.table();
         let cells = uniform_cells(layout);
         // A plan serves quads or sub-faces, never both: its pattern is for the cells of its patches.
@@ -43,7 +59,7 @@ impl<'a, T: Real> Sampler<'a, T> {
             if let Some(plan) = table.patch_plan(patch) {
                 users[plan] += 1;
                 let [nu, nv] = layout.rates.patch[patch].map(|n| n as usize);
-                size[plan] = 8 * (nu - 1) * (nv - 1) * table.plan(plan).ring() * if normals { 3 } else { 1 };
+                size[plan] = 8 * (nu - 1) * (nv - 1) * table.plan(plan).ring() * if normals.is_some() { 3 } else { 1 };
             }
         }
         let mut total = 0;
@@ -61,7 +77,7 @@ impl<'a, T: Real> Sampler<'a, T> {
     }
 
     /// Points and normals of all control vertices.
-    pub fn vertices(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+    pub fn vertices(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
         let owners: Vec<HalfEdge> =
             self.layout.vertex_owner.iter().filter(|&&o| o != NONE).map(|&o| HalfEdge(o)).collect();
         let evaluate = |h: HalfEdge| self.single(self.layout.corner_location(h));
@@ -69,7 +85,7 @@ impl<'a, T: Real> Sampler<'a, T> {
     }
 
     /// Points and normals inside all control edges.
-    pub fn edges(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+    pub fn edges(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
         let layout = self.layout;
         let samples: Vec<(HalfEdge, u32)> = layout
             .edges()
@@ -95,11 +111,11 @@ impl<'a, T: Real> Sampler<'a, T> {
     fn fill<S: Copy + Sync>(
         &self,
         samples: &[S],
-        points: &mut [[T; 3]],
+        points: &mut [[T; N]],
         normals: &mut [[T; 3]],
-        evaluate: impl Fn(S) -> ([f64; 3], [f64; 3]) + Sync,
+        evaluate: impl Fn(S) -> Sample<N> + Sync,
     ) {
-        if self.normals {
+        if self.normals.is_some() {
             points.par_iter_mut().zip(normals).zip(samples).for_each(|((p, n), &s)| {
                 let (position, normal) = evaluate(s);
                 (*p, *n) = (round(position), round(normal));
@@ -109,24 +125,24 @@ impl<'a, T: Real> Sampler<'a, T> {
         }
     }
 
-    /// One sample by itself, with a normal in any case.
-    fn single(&self, at: Location) -> ([f64; 3], [f64; 3]) {
+    /// One sample by itself.
+    fn single(&self, at: Location) -> Sample<N> {
         let outside = "holes have no samples";
-        if !self.normals {
+        let Some(normal) = &self.normals else {
             return (self.surface.position(at).expect(outside), [0.0; 3]);
-        }
+        };
         let jet = self.surface.eval(at).expect(outside);
-        let normal = jet.normal().or_else(|| unit_normal(jet.du, jet.dv)).unwrap_or_else(|| self.normal_nearby(at));
-        (jet.position, normal)
+        let near = || (normal.tangents)(jet.du, jet.dv).unwrap_or_else(|| self.normal_nearby(normal, at));
+        (jet.position, (normal.jet)(&jet).unwrap_or_else(near))
     }
 
     /// Where the surface has no tangent plane: the normal a little further inside the face.
-    fn normal_nearby(&self, at: Location) -> [f64; 3] {
+    fn normal_nearby(&self, normal: &NormalOf<N>, at: Location) -> [f64; 3] {
         let middle = if self.layout.is_triangle() { 1.0 / 3.0 } else { 0.5 };
         for step in [1e-4, 1e-2, 0.25] {
             let inside = |x: f64| x + (middle - x) * step;
             let near = Location { u: inside(at.u), v: inside(at.v), ..at };
-            if let Some(n) = self.surface.eval(near).and_then(|jet| jet.normal()) {
+            if let Some(n) = self.surface.eval(near).and_then(|jet| (normal.jet)(&jet)) {
                 return n;
             }
         }
@@ -134,7 +150,7 @@ impl<'a, T: Real> Sampler<'a, T> {
     }
 
     /// Points and normals inside all faces.
-    pub fn faces(&self, points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+    pub fn faces(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
         let layout = self.layout;
         let mut tasks = Vec::new();
         let (mut points, mut normals) = (points, normals);
@@ -142,7 +158,7 @@ impl<'a, T: Real> Sampler<'a, T> {
             let len = layout.face_range(&faces).len();
             let (p, rest) = points.split_at_mut(len);
             points = rest;
-            let (n, rest) = normals.split_at_mut(if self.normals { len } else { 0 });
+            let (n, rest) = normals.split_at_mut(if self.normals.is_some() { len } else { 0 });
             normals = rest;
             tasks.push((faces, p, n));
         }
@@ -154,7 +170,7 @@ impl<'a, T: Real> Sampler<'a, T> {
         });
     }
 
-    fn face(&self, f: Face, ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
+    fn face(&self, f: Face, ring: &mut Vec<[f64; N]>, out: &mut Output<'_, T, N>) {
         let subfaces = self.layout.table.subfaces(f);
         if subfaces > 1 {
             let n = self.layout.grid(f, 0).cells[0];
@@ -175,34 +191,34 @@ impl<'a, T: Real> Sampler<'a, T> {
     }
 
     /// The interior samples of one patch, row by row in v.
-    fn patch(&self, face: Face, subface: u32, grid: PatchGrid, ring: &mut Vec<[f64; 3]>, out: &mut Output<'_, T>) {
+    fn patch(&self, face: Face, subface: u32, grid: PatchGrid, ring: &mut Vec<[f64; N]>, out: &mut Output<'_, T, N>) {
         let table = self.layout.table;
         let patch = table.patch(face, subface);
         let plan = table.patch_plan(patch).expect("holes have no samples");
         let turn = table.turn(patch);
         if let Some(points) = table.plan(plan).regular_points() {
             let base = self.surface.gather(patch, ring);
-            let mut control = [[0.0; 3]; 16];
+            let mut control = [[0.0; N]; 16];
             for (k, p) in control.iter_mut().enumerate() {
                 for (c, w) in points.row(k) {
-                    (0..3).for_each(|i| p[i] += w * ring[c as usize][i]);
+                    (0..N).for_each(|i| p[i] += w * ring[c as usize][i]);
                 }
             }
             return self.bicubic(&turned_grid(control, turn), base, grid.cells, out);
         }
-        let count = if self.normals { 3 } else { 1 };
+        let count = self.rows();
         let length = table.plan(plan).ring();
         let base = self.surface.gather(patch, ring);
         let sum = |row: &[f64]| {
-            let mut s = [0.0; 3];
-            row.iter().zip(ring.iter()).for_each(|(w, p)| (0..3).for_each(|i| s[i] += w * p[i]));
+            let mut s = [0.0; N];
+            row.iter().zip(ring.iter()).for_each(|(w, p)| (0..N).for_each(|i| s[i] += w * p[i]));
             s
         };
         let [nu, nv] = grid.cells;
         let pattern = self.use_pattern[plan].then(|| self.pattern(plan, grid));
         for (i, j) in grid.interior() {
             let [u, v] = grid.uv(i, j);
-            let mut rows: [[f64; 3]; 3] = [[0.0; 3]; 3];
+            let mut rows = [[0.0; N]; 3];
             match pattern {
                 Some(pattern) => {
                     // The plan's grid is turned against the face's. Its derivatives are too, but that leaves their cross
@@ -226,21 +242,24 @@ impl<'a, T: Real> Sampler<'a, T> {
                 }
             }
             let [p, du, dv] = rows;
-            let position = [0, 1, 2].map(|k| base[k] + p[k]);
-            let normal = if self.normals {
-                unit_normal(du, dv).unwrap_or_else(|| self.normal_nearby(Location { face, subface, u, v }))
-            } else {
-                [0.0; 3]
-            };
-            out.push((position, normal));
+            let normal = self.normals.as_ref().map_or([0.0; 3], |normal| {
+                let nearby = || self.normal_nearby(normal, Location { face, subface, u, v });
+                (normal.tangents)(du, dv).unwrap_or_else(nearby)
+            });
+            out.push((std::array::from_fn(|k| base[k] + p[k]), normal));
         }
+    }
+
+    /// Position, and derivatives where normals are wanted.
+    fn rows(&self) -> usize {
+        if self.normals.is_some() { 3 } else { 1 }
     }
 
     fn pattern(&self, plan: usize, grid: PatchGrid) -> &Pattern {
         debug_assert!(self.cells.contains(&grid.cells[0]) && grid.cells[0] == grid.cells[1]);
         self.patterns[plan].get_or_init(|| {
             let plan = self.layout.table.plan(plan);
-            let count = if self.normals { 3 } else { 1 };
+            let count = self.rows();
             let mut weights = Vec::with_capacity(grid.points() as usize * count * plan.ring());
             for (i, j) in grid.interior() {
                 let [u, v] = grid.uv(i, j);
@@ -252,31 +271,29 @@ impl<'a, T: Real> Sampler<'a, T> {
     }
 
     /// A bicubic patch in separable form: four curves in v per column, then one curve in u per sample.
-    fn bicubic(&self, control: &[[f64; 3]; 16], base: [f64; 3], [nu, nv]: [u32; 2], out: &mut Output<'_, T>) {
+    fn bicubic(&self, control: &[[f64; N]; 16], base: [f64; N], [nu, nv]: [u32; 2], out: &mut Output<'_, T, N>) {
         let bases = |n: u32| -> Vec<[[f64; 4]; 3]> { (0..=n).map(|i| cubic(f64::from(i) / f64::from(n))).collect() };
         let along_u = bases(nu);
         for j in 1..nv {
             let v = cubic(f64::from(j) / f64::from(nv));
-            let mut column = [[[0.0; 3]; 4]; 2];
-            for (order, column) in column.iter_mut().enumerate().take(if self.normals { 2 } else { 1 }) {
+            let mut column = [[[0.0; N]; 4]; 2];
+            for (order, column) in column.iter_mut().enumerate().take(if self.normals.is_some() { 2 } else { 1 }) {
                 for x in 0..4 {
                     for y in 0..4 {
-                        (0..3).for_each(|i| column[x][i] += v[order][y] * control[4 * y + x][i]);
+                        (0..N).for_each(|i| column[x][i] += v[order][y] * control[4 * y + x][i]);
                     }
                 }
             }
             for basis in &along_u[1..nu as usize] {
-                let combine = |w: &[f64; 4], c: &[[f64; 3]; 4]| {
-                    [0, 1, 2].map(|i| w[0] * c[0][i] + w[1] * c[1][i] + w[2] * c[2][i] + w[3] * c[3][i])
+                let combine = |w: &[f64; 4], c: &[[f64; N]; 4]| -> [f64; N] {
+                    std::array::from_fn(|i| w[0] * c[0][i] + w[1] * c[1][i] + w[2] * c[2][i] + w[3] * c[3][i])
                 };
                 let p = combine(&basis[0], &column[0]);
-                let position = [0, 1, 2].map(|i| base[i] + p[i]);
-                let normal = if self.normals {
+                let position = std::array::from_fn(|i| base[i] + p[i]);
+                let normal = self.normals.as_ref().map_or([0.0; 3], |normal| {
                     let (du, dv) = (combine(&basis[1], &column[0]), combine(&basis[0], &column[1]));
-                    unit_normal(du, dv).unwrap_or([0.0, 0.0, 1.0])
-                } else {
-                    [0.0; 3]
-                };
+                    (normal.tangents)(du, dv).unwrap_or([0.0, 0.0, 1.0])
+                });
                 out.push((position, normal));
             }
         }
@@ -284,7 +301,7 @@ impl<'a, T: Real> Sampler<'a, T> {
 }
 
 /// The 4×4 grid of a plan as seen from a face whose corner `turn` is the plan's corner 0.
-fn turned_grid(control: [[f64; 3]; 16], turn: u8) -> [[f64; 3]; 16] {
+fn turned_grid<const N: usize>(control: [[f64; N]; 16], turn: u8) -> [[f64; N]; 16] {
     let mut out = control;
     for y in 0..4usize {
         for x in 0..4usize {
@@ -316,14 +333,14 @@ fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
     cells
 }
 
-struct Output<'a, T> {
-    points: &'a mut [[T; 3]],
+struct Output<'a, T, const N: usize> {
+    points: &'a mut [[T; N]],
     normals: &'a mut [[T; 3]],
     at: usize,
 }
 
-impl<T: Real> Output<'_, T> {
-    fn push(&mut self, (position, normal): ([f64; 3], [f64; 3])) {
+impl<T: Real, const N: usize> Output<'_, T, N> {
+    fn push(&mut self, (position, normal): Sample<N>) {
         self.points[self.at] = round(position);
         if let Some(n) = self.normals.get_mut(self.at) {
             *n = round(normal);

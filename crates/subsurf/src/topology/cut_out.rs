@@ -6,7 +6,27 @@ use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::other_end;
 use crate::sharpness::edge_half;
 use crate::tags::{Creasing, INFINITE_SHARPNESS};
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// New numbers by old ones.
+type Numbers = HashMap<u32, u32, BuildHasherDefault<NumberHasher>>;
+
+/// Spreads numbers that follow each other.
+#[derive(Default)]
+struct NumberHasher(u64);
+
+impl Hasher for NumberHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&b| self.write_u32(u32::from(b)));
+    }
+    fn write_u32(&mut self, x: u32) {
+        self.0 = (self.0 ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+    }
+}
 
 /// Reusable memory of [`Topology::surroundings`]: which vertices and faces the current walk has met.
 #[derive(Default)]
@@ -190,7 +210,7 @@ impl Topology {
     ///
     /// At the face's own corners everything is as in `self`. The outer rim is cut: its edges are boundaries.
     pub(crate) fn cut_out(&self, around: &Surroundings) -> Topology {
-        let mut vertex_of = BTreeMap::new();
+        let mut vertex_of = Numbers::default();
         around.ring.iter().enumerate().for_each(|(i, &v)| {
             vertex_of.insert(v, i as u32);
         });
@@ -208,7 +228,7 @@ impl Topology {
             }
             face_offset.push(half_edges.len() as u32);
         }
-        let new_of: BTreeMap<u32, u32> = half_edges.iter().enumerate().map(|(i, &h)| (h, i as u32)).collect();
+        let new_of: Numbers = half_edges.iter().enumerate().map(|(i, &h)| (h, i as u32)).collect();
         let origin: Vec<u32> = half_edges.iter().map(|&h| vertex_of[&self.origin[h as usize]]).collect();
         let twin: Vec<u32> =
             half_edges.iter().map(|&h| new_of.get(&self.twin[h as usize]).copied().unwrap_or(NONE)).collect();
@@ -219,7 +239,7 @@ impl Topology {
         let is_own = |v: u32| (v as usize) < own;
 
         // Edges keep their identity, so that the two faces of a non-manifold edge still share it.
-        let mut edge_of = BTreeMap::new();
+        let mut edge_of = Numbers::default();
         let mut edge_old = Vec::new();
         let mut edge_half_edge = Vec::new();
         let edge: Vec<u32> = half_edges

@@ -2,59 +2,20 @@
 //! shrinks to its shortest failing form, and the generator's seed is fixed, so every run tests the same meshes.
 #![allow(dead_code)]
 
+mod base;
+mod change;
+
+pub use base::{Base, base};
+pub use change::{Change, edges_of};
+
+use change::{a_change, change};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestError, TestRunner};
 use std::cell::Cell;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeSet;
 use std::panic::AssertUnwindSafe;
 use std::sync::Once;
 use subsurf::{Boundary, ControlMesh, Corner, Crease, Creasing, Face, Location, Rules, Tags, Triangles};
-
-/// What a mesh starts from.
-#[derive(Clone, Copy, Debug)]
-pub enum Base {
-    /// `w × h` quads with a boundary.
-    Grid(u32, u32),
-    /// `w × h` quads, closed in the first direction.
-    Tube(u32, u32),
-    /// `w × h` quads, closed in both directions.
-    Torus(u32, u32),
-    /// Quads round one interior vertex, so many rings.
-    Fan(u32, u32),
-    /// Quads round one boundary vertex, so many rings.
-    Sector(u32, u32),
-    /// Triangles round one vertex.
-    Umbrella(u32),
-    /// Triangles over an n-gon.
-    Cone(u32),
-    /// Two n-gons back to back.
-    Pillow(u32),
-    /// The cube, every face `n × n`.
-    Cube(u32),
-    /// Four triangles.
-    Tetrahedron,
-    /// So many grids of `w × h` quads with one column of vertices in common.
-    Book(u32, u32, u32),
-}
-
-/// A change of the mesh; one that would make it no manifold is left out.
-#[derive(Clone, Copy, Debug)]
-pub enum Change {
-    /// Takes an edge out between two faces.
-    Merge(u16),
-    /// Cuts a face in two.
-    Cut(u16, u8),
-    /// Draws an edge together.
-    Collapse(u16),
-    /// Takes a face out.
-    Delete(u16),
-    /// Puts a vertex into a face.
-    Poke(u16),
-    /// Puts a vertex into an edge, so that its faces gain a corner.
-    Bisect(u16),
-    /// A second sheet along an edge: the edge then has three faces.
-    Sheet(u16),
-}
 
 /// A parameter: where the difficulties are.
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +72,8 @@ pub struct Recipe {
     pub boundary: Boundary,
     pub chaikin: bool,
     pub smooth_triangles: bool,
+    /// Whether all faces are cut into triangles in the end.
+    pub triangles: bool,
     pub seed: u16,
     /// Faces, sub-faces and parameters.
     pub places: Vec<(u16, u8, Parameter, Parameter)>,
@@ -134,228 +97,29 @@ pub fn random_points(count: usize, seed: u64) -> Vec<[f64; 3]> {
     (0..count as u64).map(|i| [0, 1, 2].map(|k| noise(seed << 32 | i << 2 | k))).collect()
 }
 
-impl Base {
-    pub fn faces(self) -> Vec<Vec<u32>> {
-        match self {
-            Self::Grid(w, h) => grid(w, h, w + 1, h + 1),
-            Self::Tube(w, h) => grid(w, h, w, h + 1),
-            Self::Torus(w, h) => grid(w, h, w, h),
-            Self::Fan(n, rings) => fan(n, n, rings),
-            Self::Sector(n, rings) => fan(n, n + 1, rings),
-            Self::Umbrella(n) => (0..n).map(|i| vec![0, 1 + i, 1 + (i + 1) % n]).collect(),
-            Self::Cone(n) => {
-                let mut faces = Self::Umbrella(n).faces();
-                faces.push((0..n).rev().map(|i| 1 + i).collect());
-                faces
-            }
-            Self::Pillow(n) => vec![(0..n).collect(), (0..n).rev().collect()],
-            Self::Cube(n) => cube(n),
-            Self::Book(pages, w, h) => book(pages, w, h),
-            Self::Tetrahedron => vec![vec![0, 1, 2], vec![0, 3, 1], vec![1, 3, 2], vec![2, 3, 0]],
-        }
-    }
-}
-
-fn grid(w: u32, h: u32, columns: u32, rows: u32) -> Vec<Vec<u32>> {
-    let at = |x: u32, y: u32| y % rows * columns + x % columns;
-    let quad = |i: u32| {
-        let (x, y) = (i % w, i / w);
-        vec![at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)]
-    };
-    (0..w * h).map(quad).collect()
-}
-
-fn fan(sectors: u32, spokes: u32, rings: u32) -> Vec<Vec<u32>> {
-    let at = |s: u32, x: u32, y: u32| match (x, y) {
-        (0, 0) => 0,
-        (x, 0) => 1 + s % spokes * rings + x - 1,
-        (0, y) => 1 + (s + 1) % spokes * rings + y - 1,
-        (x, y) => 1 + spokes * rings + s * rings * rings + (y - 1) * rings + x - 1,
-    };
-    let mut faces = Vec::new();
-    for s in 0..sectors {
-        for i in 0..rings * rings {
-            let (x, y) = (i % rings, i / rings);
-            faces.push(vec![at(s, x, y), at(s, x + 1, y), at(s, x + 1, y + 1), at(s, x, y + 1)]);
-        }
-    }
-    faces
-}
-
-/// Every other page is turned round, so that neighbouring pages run on into each other.
-fn book(pages: u32, w: u32, h: u32) -> Vec<Vec<u32>> {
-    let at = |page: u32, x: u32, y: u32| if x == 0 { y } else { (h + 1) * (1 + page * w + x - 1) + y };
-    let mut faces = Vec::new();
-    for page in 0..pages {
-        for i in 0..w * h {
-            let (x, y) = (i % w, i / w);
-            let mut quad = vec![at(page, x, y), at(page, x + 1, y), at(page, x + 1, y + 1), at(page, x, y + 1)];
-            if page % 2 == 1 {
-                quad.reverse();
-            }
-            faces.push(quad);
-        }
-    }
-    faces
-}
-
-fn cube(n: u32) -> Vec<Vec<u32>> {
-    let mut number: HashMap<[u32; 3], u32> = HashMap::new();
-    let mut faces = Vec::new();
-    for axis in 0..3 {
-        for end in [0, n] {
-            for i in 0..n * n {
-                let (x, y) = (i % n, i / n);
-                let mut corners = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
-                if end == 0 {
-                    corners.reverse();
-                }
-                let point = |[p, q]: [u32; 2]| {
-                    let mut c = [0; 3];
-                    (c[axis], c[(axis + 1) % 3], c[(axis + 2) % 3]) = (end, p, q);
-                    c
-                };
-                let next = |c| {
-                    let free = number.len() as u32;
-                    *number.entry(point(c)).or_insert(free)
-                };
-                faces.push(corners.map(next).to_vec());
-            }
-        }
-    }
-    faces
-}
-
-pub type Edges = BTreeMap<(u32, u32), Vec<usize>>;
-
-/// Faces of every edge.
-pub fn edges_of(faces: &[Vec<u32>]) -> Edges {
-    let mut edges = Edges::new();
-    for (f, face) in faces.iter().enumerate() {
-        for i in 0..face.len() {
-            let (a, b) = (face[i], face[(i + 1) % face.len()]);
-            edges.entry((a.min(b), a.max(b))).or_default().push(f);
-        }
-    }
-    edges
-}
-
-/// True where faces visit no vertex twice, edges have one face or two in opposite directions, and vertices one fan.
-pub fn is_manifold(faces: &[Vec<u32>]) -> bool {
-    let mut runs: HashMap<(u32, u32), usize> = HashMap::new();
-    for (f, face) in faces.iter().enumerate() {
-        if face.len() < 3 || face.iter().collect::<HashSet<_>>().len() < face.len() {
-            return false;
-        }
-        for i in 0..face.len() {
-            if runs.insert((face[i], face[(i + 1) % face.len()]), f).is_some() {
-                return false;
-            }
-        }
-    }
-    let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    faces.iter().enumerate().for_each(|(f, face)| face.iter().for_each(|&v| at.entry(v).or_default().push(f)));
-    at.iter().all(|(&v, list)| {
-        let mut known = HashSet::from([list[0]]);
-        let mut todo = vec![list[0]];
-        while let Some(f) = todo.pop() {
-            let face = &faces[f];
-            let i = face.iter().position(|&w| w == v).unwrap();
-            let (next, before) = (face[(i + 1) % face.len()], face[(i + face.len() - 1) % face.len()]);
-            for g in [runs.get(&(next, v)), runs.get(&(v, before))].into_iter().flatten() {
-                if known.insert(*g) {
-                    todo.push(*g);
-                }
-            }
-        }
-        known.len() == list.len()
-    })
-}
-
 fn pick<T>(list: &[T], i: u16) -> Option<&T> {
     (!list.is_empty()).then(|| &list[usize::from(i) % list.len()])
 }
 
-fn change(faces: &[Vec<u32>], what: Change) -> Option<Vec<Vec<u32>>> {
-    let edges: Vec<((u32, u32), Vec<usize>)> = edges_of(faces).into_iter().collect();
-    let free = faces.iter().flatten().max().map_or(0, |v| v + 1);
-    let mut out = faces.to_vec();
-    // A face as a list that starts at vertex `v`.
-    let from = |face: &[u32], v: u32| {
-        let i = face.iter().position(|&w| w == v).unwrap();
-        let mut list = face.to_vec();
-        list.rotate_left(i);
-        list
-    };
-    match what {
-        Change::Merge(i) => {
-            let &((a, b), ref both) = pick(&edges, i)?;
-            let &[f, g] = &both[..] else { return None };
-            // The face that runs from a to b, seen from b; then the other, seen from a.
-            let forward = |f: &usize| from(&faces[*f], a)[1] == b;
-            let (f, g) = if forward(&f) { (f, g) } else { (g, f) };
-            let mut merged = from(&faces[f], b);
-            let other = from(&faces[g], a);
-            merged.extend_from_slice(&other[1..other.len() - 1]);
-            if merged.len() > 12 {
-                return None;
+/// Every face as triangles round one of its corners. Of triangles with the same vertices the first stays: two would be
+/// joined by two edges one level down.
+fn in_triangles(faces: &[Vec<u32>], seed: u64) -> Vec<Vec<u32>> {
+    let mut known = BTreeSet::new();
+    let mut triangles = Vec::new();
+    for (f, face) in faces.iter().enumerate() {
+        let n = face.len();
+        // Half of the meshes are cut from first corners: grids then have valence 6.
+        let from = if seed % 2 == 0 { 0 } else { ((noise(seed << 32 | f as u64) + 1.0) * 0.5 * n as f64) as usize };
+        for i in 1..n - 1 {
+            let triangle = [0, i, i + 1].map(|k| face[(from + k) % n]);
+            let mut sorted = triangle;
+            sorted.sort_unstable();
+            if known.insert(sorted) {
+                triangles.push(triangle.to_vec());
             }
-            out[f] = merged;
-            out.remove(g);
-        }
-        Change::Cut(i, corner) => {
-            let f = usize::from(i) % faces.len();
-            let n = faces[f].len();
-            if n < 4 {
-                return None;
-            }
-            let list = from(&faces[f], faces[f][usize::from(corner) % n]);
-            let at = 2 + usize::from(corner) / n % (n - 3);
-            out[f] = list[..=at].to_vec();
-            out.push(list[at..].iter().copied().chain([list[0]]).collect());
-        }
-        Change::Collapse(i) => {
-            let &((a, b), _) = pick(&edges, i)?;
-            for face in &mut out {
-                face.iter_mut().for_each(|v| *v = if *v == b { a } else { *v });
-                face.dedup();
-                if face.len() > 1 && face[0] == face[face.len() - 1] {
-                    face.pop();
-                }
-            }
-            out.retain(|face| face.len() > 2);
-        }
-        Change::Delete(i) => {
-            if faces.len() < 3 {
-                return None;
-            }
-            out.remove(usize::from(i) % faces.len());
-        }
-        Change::Poke(i) => {
-            let f = usize::from(i) % faces.len();
-            let face = out.remove(f);
-            out.extend((0..face.len()).map(|k| vec![face[k], face[(k + 1) % face.len()], free]));
-        }
-        Change::Bisect(i) => {
-            let &((a, b), _) = pick(&edges, i)?;
-            for face in &mut out {
-                let n = face.len();
-                let joins = |k: &usize| {
-                    let (p, q) = (face[*k], face[(k + 1) % n]);
-                    (p.min(q), p.max(q)) == (a, b)
-                };
-                if let Some(k) = (0..n).find(joins) {
-                    face.insert(k + 1, free);
-                }
-            }
-        }
-        Change::Sheet(i) => {
-            let &((a, b), _) = pick(&edges, i)?;
-            out.push(vec![a, b, free, free + 1]);
-            return Some(out);
         }
     }
-    (!out.is_empty() && out.len() < 700 && is_manifold(&out)).then_some(out)
+    triangles
 }
 
 impl Recipe {
@@ -368,7 +132,7 @@ impl Recipe {
                 faces = changed;
             }
         }
-        faces
+        if self.triangles { in_triangles(&faces, u64::from(self.seed)) } else { faces }
     }
 
     pub fn tags(&self, faces: &[Vec<u32>], vertices: usize) -> Tags {
@@ -417,43 +181,18 @@ impl Recipe {
     pub fn locations(&self, mesh: &ControlMesh) -> Vec<Location> {
         let place = |&(face, sub, u, v): &(u16, u8, Parameter, Parameter)| {
             let face = usize::from(face) % mesh.face_count();
+            if self.triangles {
+                // The corner of the square beyond the triangle's third side, turned onto the triangle.
+                let (u, v) = (u.value(), v.value());
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                return Location { face: Face::new(face), subface: 0, u, v };
+            }
             let sides = mesh.face_vertices(face).len();
             let subface = if sides == 4 { 0 } else { u32::from(sub) % sides as u32 };
             Location { face: Face::new(face), subface, u: u.value(), v: v.value() }
         };
         self.places.iter().map(place).collect()
     }
-}
-
-pub fn base() -> impl Strategy<Value = Base> {
-    prop_oneof![
-        3 => (1..6u32, 1..6u32).prop_map(|(w, h)| Base::Grid(w, h)),
-        1 => (3..6u32, 1..4u32).prop_map(|(w, h)| Base::Tube(w, h)),
-        1 => (3..6u32, 3..6u32).prop_map(|(w, h)| Base::Torus(w, h)),
-        3 => (2..9u32, 1..3u32).prop_map(|(n, r)| Base::Fan(n, r)),
-        1 => (9..51u32).prop_map(|n| Base::Fan(n, 1)),
-        2 => (1..9u32, 1..3u32).prop_map(|(n, r)| Base::Sector(n, r)),
-        1 => (9..51u32).prop_map(|n| Base::Sector(n, 1)),
-        1 => (3..51u32).prop_map(Base::Umbrella),
-        1 => (3..13u32).prop_map(Base::Cone),
-        1 => (3..8u32).prop_map(Base::Pillow),
-        2 => (1..4u32).prop_map(Base::Cube),
-        1 => Just(Base::Tetrahedron),
-        1 => (2..5u32, 1..4u32, 1..5u32).prop_map(|(p, w, h)| Base::Book(p, w, h)),
-    ]
-}
-
-fn a_change() -> impl Strategy<Value = Change> {
-    let i = any::<u16>;
-    prop_oneof![
-        3 => i().prop_map(Change::Merge),
-        2 => (i(), any::<u8>()).prop_map(|(f, c)| Change::Cut(f, c)),
-        3 => i().prop_map(Change::Collapse),
-        1 => i().prop_map(Change::Delete),
-        1 => i().prop_map(Change::Poke),
-        1 => i().prop_map(Change::Bisect),
-        1 => i().prop_map(Change::Sheet),
-    ]
 }
 
 fn parameter() -> impl Strategy<Value = Parameter> {
@@ -503,10 +242,16 @@ pub fn recipe() -> impl Strategy<Value = Recipe> {
             boundary,
             chaikin,
             smooth_triangles,
+            triangles: false,
             seed,
             places,
         },
     )
+}
+
+/// The same in triangles, for Loop subdivision.
+pub fn triangle_recipe() -> impl Strategy<Value = Recipe> {
+    recipe().prop_map(|recipe| Recipe { triangles: true, ..recipe })
 }
 
 thread_local! {

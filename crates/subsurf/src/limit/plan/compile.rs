@@ -1,128 +1,169 @@
-//! Compiles a plan: refines the face's surroundings until a known patch covers each part.
+//! Compiles plans: refines the surroundings of faces until a known patch covers each part, generation by generation, so
+//! that surroundings that were met before are not compiled again.
 
-use super::super::corner::{Corner, Kind, corner, grid_points, special_points};
-use super::super::linear_boundary::{self, LinearBoundary};
+use super::super::corner::{
+    Corner, Kind, corner, grid_points, has_finite_sharpness, is_finite_sharpness, special_points,
+};
+use super::super::linear_boundary::{LinearEnds, has_side};
 use super::super::local_step::child_vertex;
+use super::super::plan_key::{Keys, canonical_corner};
 use super::super::rows::{Accumulator, Combination, Rows};
+use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
-use super::{Leaf, LeafShape, Node, Plan, SpecialVertices};
+use super::{Body, Child, Leaf, LeafShape, Node, Plans, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
-use crate::refine::Level;
+use crate::limit::patch_table::Start;
+use crate::refine::refined;
 use crate::scheme::{Scheme, SplitKind};
-use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{Interpolation, Surroundings, Topology, Walk};
+use rayon::prelude::*;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
-/// One level of explicit refinement round one face on the way down the tree.
-struct Site {
-    topology: Topology,
-    /// The topology's vertices over the ring.
-    points: Vec<Combination>,
+/// More levels than `⌈sharpness⌉ + 2` ever needs, and than linear boundaries take to repeat themselves; reaching it is a
+/// defect of the classification.
+const DEEPEST: u32 = 24;
+
+impl Plans {
+    /// The plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at, whose keys are
+    /// `known` by their number.
+    pub(in crate::limit) fn compile(
+        mesh: &Topology,
+        places: &[Start],
+        mut known: Keys,
+        scheme: Scheme,
+        specials: &SpecialVertices,
+    ) -> Self {
+        let compiler = Compiler { mesh, scheme, specials };
+        let mut nodes = Vec::with_capacity(2 * places.len());
+        let mut open: Vec<Open> = places.iter().map(|&place| Open::Face(place)).collect();
+        for _ in 0..DEEPEST {
+            let made: Vec<Made> =
+                open.par_iter().map_init(Scratch::default, |s, open| compiler.node(open, s)).collect();
+            open.clear();
+            // Nodes lie in the order in which their keys got their numbers.
+            for Made { ring, body } in made {
+                let body = match body {
+                    MadeBody::Leaf(leaf) => Body::Leaf(leaf),
+                    MadeBody::Refined { topology, points, children, ends } => {
+                        let link = |MadeChild { around, turn, ring }: MadeChild| {
+                            let next = known.len() as u32;
+                            let node = match known.entry(around.key.clone().into()) {
+                                Entry::Occupied(node) => *node.get(),
+                                Entry::Vacant(empty) => {
+                                    open.push(Open::Child(topology.clone(), around));
+                                    *empty.insert(next)
+                                }
+                            };
+                            Child { node, turn, ring }
+                        };
+                        let children = children.into_iter().map(link).collect();
+                        Body::Split(Box::new(Split { points, children, ends }))
+                    }
+                };
+                nodes.push(Node { ring, body });
+            }
+            if open.is_empty() {
+                return Self { split: scheme.split(), nodes, plans: places.len() };
+            }
+        }
+        unreachable!("a patch tree does not end")
+    }
 }
 
-impl Plan {
-    /// The plan of the face whose `around`ings were taken from `t`. Of a face that is no quad, the plan covers the
-    /// sub-face at the walk's first corner.
-    pub fn new(t: &Topology, around: &Surroundings, scheme: Scheme, specials: &SpecialVertices) -> Self {
-        let points = (0..around.ring.len() as u32).map(|i| vec![(i, 1.0)]).collect();
-        let site = Site { topology: t.cut_out(around), points };
-        let mut compiler = Compiler {
-            ring: around.ring.len(),
-            scheme,
-            specials,
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            walk: Walk::default(),
-        };
-        let root = if site.topology.sides(Face(0)) == scheme.patch_sides() {
-            compiler.compile(&site, 0)
-        } else {
-            let children = compiler.children(&site, &[0]);
-            compiler.compile(&children[0], 1)
-        };
-        Self { split: scheme.split(), ring: around.ring.len(), nodes: compiler.nodes, leaves: compiler.leaves, root }
-    }
+/// Surroundings whose node is to be made.
+enum Open {
+    Face(Start),
+    Child(Arc<Topology>, Surroundings),
+}
+
+/// A node whose children have no numbers yet.
+struct Made {
+    ring: usize,
+    body: MadeBody,
+}
+
+enum MadeBody {
+    Leaf(Leaf),
+    /// The refined surroundings, and all four children or the first alone.
+    Refined {
+        topology: Arc<Topology>,
+        points: Rows,
+        children: Vec<MadeChild>,
+        ends: Option<LinearEnds>,
+    },
+}
+
+struct MadeChild {
+    around: Surroundings,
+    turn: u8,
+    ring: Box<[u32]>,
+}
+
+/// Reusable memory.
+#[derive(Default)]
+struct Scratch {
+    walk: Walk,
+    around: Surroundings,
 }
 
 struct Compiler<'a> {
-    ring: usize,
+    mesh: &'a Topology,
     scheme: Scheme,
     specials: &'a SpecialVertices,
-    nodes: Vec<Node>,
-    leaves: Vec<Leaf>,
-    walk: Walk,
 }
 
-/// More levels than `⌈sharpness⌉ + 2` ever needs; reaching it is a defect of the classification.
-const DEEPEST: u32 = 16;
-
 impl Compiler<'_> {
-    /// Adds the tree of face 0 of `site`; returns its root.
-    fn compile(&mut self, site: &Site, depth: u32) -> u32 {
-        assert!(depth < DEEPEST, "the patch tree does not end");
-        if let Some(leaf) = self.leaf(site) {
-            self.leaves.push(leaf);
-            self.nodes.push(Node::Leaf(self.leaves.len() as u32 - 1));
-        } else {
-            let children = self.children(site, &[0, 1, 2, 3]);
-            let split: Vec<u32> = children.iter().map(|child| self.compile(child, depth + 1)).collect();
-            self.nodes.push(Node::Split([split[0], split[1], split[2], split[3]]));
+    fn node(&self, open: &Open, scratch: &mut Scratch) -> Made {
+        let t = match open {
+            Open::Face((face, corner)) => {
+                self.mesh.surroundings(Face(*face), *corner as usize, &mut scratch.walk, &mut scratch.around);
+                self.mesh.cut_out(&scratch.around)
+            }
+            Open::Child(topology, around) => topology.cut_out(around),
+        };
+        let ring = t.vertex_count();
+        let is_patch = t.sides(Face(0)) == self.scheme.patch_sides();
+        if let Some(leaf) = is_patch.then(|| self.leaf(&t)).flatten() {
+            return Made { ring, body: MadeBody::Leaf(leaf) };
         }
-        self.nodes.len() as u32 - 1
+        let refined = Arc::new(refined(&t, self.scheme));
+        let mut points = RefinedPoints::new(&t, &refined, self.scheme);
+        let count = if is_patch { 4 } else { 1 };
+        // Face 0's children come first, corner by corner, the middle triangle last.
+        let children = (0..count).map(Face).map(|face| {
+            let turn = canonical_corner(&refined, face);
+            let mut around = Surroundings::default();
+            refined.surroundings(face, turn, &mut scratch.walk, &mut around);
+            let ring = around.ring.iter().map(|&v| points.row(v)).collect();
+            MadeChild { around, turn: turn as u8, ring }
+        });
+        let children = children.collect();
+        let points = points.rows;
+        let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
+        Made { ring, body: MadeBody::Refined { topology: refined, points, children, ends } }
     }
 
-    /// The sites of face 0's children at the given corners.
-    fn children(&mut self, site: &Site, corners: &[usize]) -> Vec<Site> {
-        let parent = Level::from_topology(site.topology.clone(), self.scheme);
-        let refined = parent.refine().expect("surroundings are small");
-        let (t, child) = (parent.topology(), refined.topology());
-        let mut around = Surroundings::default();
-        let mut sum = Accumulator::new(self.ring);
-        let mut sites = Vec::with_capacity(corners.len());
-        for &c in corners {
-            // Face 0's children come first, corner by corner, the middle triangle last.
-            let face = Face(c as u32);
-            child.surroundings(face, 0, &mut self.walk, &mut around);
-            let points = around
-                .ring
-                .iter()
-                .map(|&v| {
-                    child_vertex(t, self.scheme, v, &mut |p, w| {
-                        site.points[p as usize].iter().for_each(|&(c, x)| sum.add(c, w * x));
-                    });
-                    sum.take()
-                })
-                .collect();
-            sites.push(Site { topology: child.cut_out(&around), points });
-        }
-        sites
-    }
-
-    /// The leaf that covers face 0, if one does.
-    fn leaf(&self, site: &Site) -> Option<Leaf> {
-        let t = &site.topology;
+    /// The leaf that covers face 0 of `t`, if one does.
+    fn leaf(&self, t: &Topology) -> Option<Leaf> {
         let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
         let split = self.scheme.split();
         if self.scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear {
             let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
-            return Some(self.make(site, LeafShape::Linear, &corners));
+            return Some(make(t, LeafShape::Linear, corners, Vec::new()));
         }
-        if (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
+        if has_side(t, Face(0)) || (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
             return None;
         }
+        let mut creases = Vec::new();
         if own.iter().any(|&h| has_finite_sharpness(t, h)) {
-            if split == SplitKind::Triangles {
+            if t.interpolation == Interpolation::LinearBoundaries {
                 return None;
             }
-            let (side, sharpness) = single_crease_side(t, &own)?;
-            // The crease along v = 1 runs between corners 2 and 3 of the turned quad.
-            let turn = (side + 2) % 4;
-            let grid = grid_points(t, own[turn], false).map(|p| p.expect("a full grid"));
-            return Some(self.make(site, LeafShape::SingleCrease { turn: turn as u8, sharpness }, &grid));
-        }
-        if linear_boundary::has_side(t, Face(0)) {
-            let form = LinearBoundary::new(t, self.scheme, self.specials);
-            let ring: Vec<Combination> = (0..t.vertex_count() as u32).map(|v| vec![(v, 1.0)]).collect();
-            return Some(self.make(site, LeafShape::LinearBoundary(Box::new(form)), &ring));
+            if split == SplitKind::Quads {
+                return single_crease(t, &own);
+            }
+            creases = TriangleCrease::all(t, &own)?;
         }
         let special: Vec<(usize, Corner)> = own
             .iter()
@@ -131,12 +172,12 @@ impl Compiler<'_> {
             .filter(|(_, corner)| !corner.is_regular())
             .collect();
         match special[..] {
-            [] if split == SplitKind::Triangles => {
-                Some(self.make(site, LeafShape::Regular, &triangle_points::patch_points(t, own[0])))
-            }
             [] => {
-                let grid = grid_points(t, own[0], false).map(|p| p.expect("a full grid"));
-                Some(self.make(site, LeafShape::Regular, &grid))
+                let points = match split {
+                    SplitKind::Quads => grid_points(t, own[0], false).map(|p| p.expect("a full grid")).to_vec(),
+                    SplitKind::Triangles => triangle_points::patch_points(t, own[0]).to_vec(),
+                };
+                Some(make(t, LeafShape::Regular, points, creases))
             }
             [(j, corner)] => {
                 let vertex = self.specials.get(corner);
@@ -145,37 +186,63 @@ impl Compiler<'_> {
                     SplitKind::Triangles => triangle_points::special_points(t, own[j]),
                 };
                 debug_assert_eq!(points.len(), vertex.points());
-                Some(self.make(site, LeafShape::Special { turn: j as u8, vertex }, &points))
+                Some(make(t, LeafShape::Special { turn: j as u8, vertex }, points, creases))
             }
             _ => None,
         }
     }
+}
 
-    /// A leaf whose control points are combinations of the site's vertices.
-    fn make(&self, site: &Site, shape: LeafShape, points: &[Combination]) -> Leaf {
-        let over_ring: Vec<Combination> = points
-            .iter()
-            .map(|point| {
-                let terms = |&(v, w): &(u32, f64)| {
-                    site.points[v as usize].iter().map(move |&(c, x)| (c, w * x)).collect::<Vec<_>>()
-                };
-                point.iter().flat_map(terms).collect()
-            })
-            .collect();
-        Leaf { shape, points: Rows::new(self.ring, &over_ring) }
+/// Points of the next level over a node's points, each made when it is first asked for.
+struct RefinedPoints<'a> {
+    parent: &'a Topology,
+    scheme: Scheme,
+    rows: Rows,
+    /// Row of every refined vertex.
+    known: Vec<Option<u32>>,
+    sum: Accumulator,
+}
+
+impl<'a> RefinedPoints<'a> {
+    fn new(parent: &'a Topology, refined: &Topology, scheme: Scheme) -> Self {
+        let points = parent.vertex_count();
+        let known = vec![None; refined.vertex_count()];
+        Self { parent, scheme, rows: Rows::empty(points), known, sum: Accumulator::new(points) }
+    }
+
+    fn row(&mut self, v: u32) -> u32 {
+        let Self { parent, scheme, rows, known, sum } = self;
+        *known[v as usize].get_or_insert_with(|| {
+            child_vertex(parent, *scheme, v, &mut |p, w| sum.add(p, w));
+            rows.push(sum);
+            rows.len() as u32 - 1
+        })
     }
 }
 
-fn is_finite_sharpness(s: f64) -> bool {
-    s > 0.0 && s < INFINITE_SHARPNESS
+/// The leaf along one semi-sharp side of a quad, if it has that form.
+fn single_crease(t: &Topology, own: &[HalfEdge]) -> Option<Leaf> {
+    let (side, sharpness) = single_crease_side(t, own)?;
+    // The crease along v = 1 runs between corners 2 and 3 of the turned quad.
+    let turn = (side + 2) % 4;
+    let grid = grid_points(t, own[turn], false).map(|p| p.expect("a full grid")).to_vec();
+    Some(make(t, LeafShape::SingleCrease { turn: turn as u8, sharpness }, grid, Vec::new()))
 }
 
-/// True where sharpness at the origin of `h` will change.
-fn has_finite_sharpness(t: &Topology, h: HalfEdge) -> bool {
-    let v = t.origin(h);
-    is_finite_sharpness(t.vertex_sharpness(v))
-        || t.foreign_sharpness(v).iter().any(|&s| is_finite_sharpness(s))
-        || t.sharp_edges(v).iter().any(|&e| is_finite_sharpness(t.edge_sharpness(Edge(e))))
+/// A leaf whose control points are combinations of the vertices of `t`, the creases' bends last.
+fn make(
+    t: &Topology,
+    shape: LeafShape,
+    mut points: Vec<Combination>,
+    creases: Vec<(TriangleCrease, Vec<Combination>)>,
+) -> Leaf {
+    let patch_points = points.len();
+    let creases = creases.into_iter().map(|(crease, bends)| {
+        points.extend(bends);
+        crease
+    });
+    let creases = creases.collect();
+    Leaf { shape, points: Rows::new(t.vertex_count(), &points), patch_points, creases }
 }
 
 /// The only sharp side of a quad and its sharpness, where the closed form of one semi-sharp crease holds: both ends are

@@ -1,0 +1,91 @@
+//! Keys of plans: surroundings as lists of numbers, compared in full.
+
+use crate::index::{Face, HalfEdge};
+use crate::topology::Topology;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// What the surroundings of a face look like; equal keys mean equal limit masks.
+pub(super) type Key = Box<[u32]>;
+
+/// Numbers of keys.
+pub(super) type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
+
+/// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
+/// differ by a turn alone share a plan. Ties go to the first.
+pub(super) fn canonical_corner(t: &Topology, face: Face) -> usize {
+    let sides = t.sides(face);
+    let mut sign = [0; 4];
+    for (c, s) in sign.iter_mut().enumerate().take(sides) {
+        *s = corner_signature(t, t.half_edge(face, c));
+    }
+    if sign[1..sides].iter().all(|&s| s == sign[0]) {
+        return 0;
+    }
+    let turned = |c: usize| {
+        let mut signs = [0; 4];
+        (0..sides).for_each(|k| signs[k] = sign[(c + k) % sides]);
+        signs
+    };
+    (0..sides).min_by_key(|&c| turned(c)).unwrap_or(0)
+}
+
+/// A number that is equal for corners with equal fans (and seldom equal for others).
+fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
+    let v = t.origin(own);
+    let sharp = t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty();
+    let mut hash = KeyHasher::default();
+    let mut note = |h: HalfEdge| {
+        hash.write_u32(t.sides(t.face(h)) as u32);
+        if sharp {
+            hash.write_u64(t.edge_sharpness(t.edge(h)).to_bits());
+        }
+    };
+    let (mut left, mut right) = (0u64, 0u64);
+    let mut at = own;
+    let closed = loop {
+        note(at);
+        match t.turn_left(at) {
+            None => break false,
+            Some(h) if h == own => break true,
+            Some(h) => at = h,
+        }
+        left += 1;
+    };
+    if !closed {
+        at = own;
+        while let Some(h) = t.turn_right(at) {
+            note(h);
+            at = h;
+            right += 1;
+        }
+    }
+    if sharp {
+        hash.write_u64(t.vertex_sharpness(v).to_bits());
+    }
+    // Valence first, so that canonical turns put the smallest valence at the front.
+    (left + right).min(0xffff) << 48 | right.min(0xff) << 40 | (hash.finish() & 0xff_ffff_ffff)
+}
+
+/// A fast hash of short lists of small numbers; keys are compared in full.
+#[derive(Default)]
+pub(super) struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+    fn write_u32(&mut self, x: u32) {
+        self.write_u64(u64::from(x));
+    }
+    fn write_u64(&mut self, x: u64) {
+        self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}

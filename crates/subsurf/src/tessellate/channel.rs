@@ -1,0 +1,63 @@
+//! A channel's values on the facets of a tessellation: the same rates over the channel's own topology, so that a value is
+//! evaluated once wherever faces share it, and seams fall where the channel has them.
+
+use super::layout::{Layout, PatchRates};
+use super::normals::Sides;
+use super::sample::Sampler;
+use super::{TessellateError, TessellateOptions, Tessellation, facets};
+use crate::index::HalfEdge;
+use crate::limit::{LimitSurface, PatchTable};
+use crate::mesh::MAX_COUNT;
+use crate::real::Real;
+use rayon::prelude::*;
+
+/// Values of a channel on the facets of a [`Tessellation`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct TessellatedChannel<T, const N: usize> {
+    /// The values.
+    pub values: Vec<[T; N]>,
+    /// Value of every facet corner, in the order of [`Tessellation::corners`].
+    pub corners: Vec<u32>,
+}
+
+impl<P: Real> Tessellation<P> {
+    /// The limit values of a channel at the corners of this tessellation's facets. `mesh` is the table that was
+    /// tessellated, `surface` that of a [`Channel`](crate::Channel) over the same mesh.
+    ///
+    /// # Errors
+    /// [`TessellateError::TooLarge`] where the values do not fit 32-bit indices.
+    ///
+    /// # Panics
+    /// If the two tables have not the same faces, or another mesh was tessellated.
+    pub fn channel<T: Real, const N: usize>(
+        &self,
+        mesh: &PatchTable,
+        surface: LimitSurface<'_, T, N>,
+    ) -> Result<TessellatedChannel<T, N>, TessellateError> {
+        let (own, t) = (mesh.topology(), surface.table().topology());
+        assert_eq!(own.face_offsets(), t.face_offsets(), "a channel has the faces of its mesh");
+        assert_eq!(self.rates.edge.len(), own.edge_count(), "the tessellation is one of this mesh");
+        let mut edge = vec![0; t.edge_count()];
+        for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
+            edge[t.edge(h).index()] = self.rates.edge[own.edge(h).index()];
+        }
+        let layout = Layout::new(surface.table(), PatchRates { edge, patch: self.rates.patch.clone() });
+        layout.check(MAX_COUNT as u64)?;
+        let sampler = Sampler::new(surface, &layout, None);
+        let mut values = vec![[T::default(); N]; layout.points()];
+        let (vertices, rest) = values.split_at_mut(layout.vertices());
+        let (edges, faces) = rest.split_at_mut(layout.edge_points());
+        sampler.vertices(vertices, &mut []);
+        sampler.edges(edges, &mut []);
+        sampler.faces(faces, &mut []);
+        let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };
+        let corners = layout
+            .face_chunks()
+            .into_par_iter()
+            .map(|faces| facets::of_faces(surface.table(), &layout, &Sides::default(), faces, &options).corners)
+            .collect::<Vec<_>>()
+            .concat();
+        debug_assert_eq!(corners.len(), self.corners.len());
+        Ok(TessellatedChannel { values, corners })
+    }
+}
