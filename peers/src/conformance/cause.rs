@@ -17,10 +17,12 @@ pub enum Cause {
     Cone,
     SemiSharp,
     NonManifold,
+    /// Second derivatives of the right size and the wrong sign, under Loop.
+    UpsideDown,
 }
 
 impl Cause {
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Regular,
         Self::Crease,
         Self::Corner,
@@ -32,6 +34,7 @@ impl Cause {
         Self::Cone,
         Self::SemiSharp,
         Self::NonManifold,
+        Self::UpsideDown,
     ];
 
     pub fn name(self) -> &'static str {
@@ -47,6 +50,38 @@ impl Cause {
             Self::Cone => "interior, pinned, no sharp edge",
             Self::SemiSharp => "semi-sharp",
             Self::NonManifold => "non-manifold",
+            Self::UpsideDown => "Loop patch upside down",
+        }
+    }
+
+    /// Why OpenSubdiv is off there.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Regular | Self::Crease | Self::Corner => {
+                "Regular places nearest to which there is no special vertex, but on faces that have one elsewhere: the end \
+                 cap reaches this far where isolation is shallow."
+            }
+            Self::Extraordinary => {
+                "Isolation is bounded; what is left of the face is a Gregory patch or a B-spline patch that approximates \
+                 the limit. `Limit` at the vertex itself is right."
+            }
+            Self::IrregularCrease => {
+                "Cross tangents, and with them normals, follow rules for other masks than those that OpenSubdiv refines \
+                 with. Positions are right in `Limit`; patches end in approximating caps."
+            }
+            Self::IrregularCorner => "Tangents along the first two edges, whichever they are; end caps.",
+            Self::Dart => "The mask of a smooth vertex, which forgets the one sharp edge.",
+            Self::ValenceTwo => "The mask of a corner: the vertex is said to stay where it is. End caps beside it.",
+            Self::Cone => "End caps round a point that has no tangent plane.",
+            Self::SemiSharp => {
+                "The rule of the level at which the limit is taken holds for ever: what is still sharp counts as \
+                 infinitely sharp, in `Limit` and where isolation ends."
+            }
+            Self::NonManifold => "End caps of the faces at the vertex.",
+            Self::UpsideDown => {
+                "Triangles in the middle of others are turned by half a circle. Their second derivatives are multiplied \
+                 by the cube of that sign instead of its square (`d2Scale` in `far/patchBasis.cpp`)."
+            }
         }
     }
 }

@@ -17,9 +17,6 @@ const JUDGED: usize = 3;
 /// Levels that a witness is followed at most.
 const DEEPEST: usize = 90;
 
-pub const METHODS: [Method; 6] =
-    [Method::Far(4), Method::Far(6), Method::Far(8), Method::FarBSpline(6), Method::Bfr(2, 6), Method::Bfr(10, 10)];
-
 /// All limits of one mesh.
 #[derive(Default)]
 pub struct Limits {
@@ -144,7 +141,7 @@ impl Run<'_> {
         let starts = face_starts(&level);
         let corners = |f: u32| &level.face_vertices[starts[f as usize]..starts[f as usize + 1]];
         let ours: Vec<Option<Value>> = places.iter().map(|&at| self.ours(at)).collect();
-        for method in METHODS {
+        for method in Method::ALL.into_iter().filter(|&m| m != Method::Limit) {
             let jets = match method {
                 Method::Far(level) => opensubdiv::eval_patches(self.shape, &samples, level, EndCap::GregoryBasis)?,
                 Method::FarBSpline(level) => opensubdiv::eval_patches(self.shape, &samples, level, EndCap::BSpline)?,
@@ -194,8 +191,14 @@ impl Run<'_> {
         for (i, pair) in pairs.iter().enumerate() {
             for quantity in Quantity::ALL {
                 let Some(apart) = pair.ours.apart(&pair.theirs, quantity, self.diagonal) else { continue };
-                let key = (pair.cause, method, quantity);
-                let differs = apart.is_nan() || apart > quantity.threshold(self.fractions);
+                let threshold = quantity.threshold(self.fractions);
+                let differs = apart.is_nan() || apart > threshold;
+                let upside_down = differs
+                    && quantity == Quantity::Second
+                    && self.shape.scheme == Scheme::Loop
+                    && pair.ours.apart(&pair.theirs.negated(), quantity, self.diagonal).is_some_and(|d| d <= threshold);
+                let cause = if upside_down { Cause::UpsideDown } else { pair.cause };
+                let key = (cause, method, quantity);
                 self.out.tallies.add(key, apart, differs);
                 if differs {
                     differing.push((key, apart, i));

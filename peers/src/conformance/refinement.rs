@@ -78,22 +78,27 @@ pub fn run(variant: &Variant, out: &mut Refinement) -> Result<bool, String> {
     Ok(until.is_none())
 }
 
+impl Group {
+    pub fn merge(&mut self, from: Self) {
+        self.meshes += from.meshes;
+        self.levels += from.levels;
+        self.vertices += from.vertices;
+        self.faces += from.faces;
+        self.deepest += from.deepest;
+        self.sharpness = self.sharpness.max(from.sharpness);
+        if from.f64 > self.f64 {
+            (self.f64, self.f64_at) = (from.f64, from.f64_at);
+        }
+        if from.f32 > self.f32 {
+            (self.f32, self.f32_at) = (from.f32, from.f32_at);
+        }
+    }
+}
+
 impl Refinement {
     pub fn merge(&mut self, other: Self) {
         for (key, from) in other.groups {
-            let to = self.groups.entry(key).or_default();
-            to.meshes += from.meshes;
-            to.levels += from.levels;
-            to.vertices += from.vertices;
-            to.faces += from.faces;
-            to.deepest += from.deepest;
-            to.sharpness = to.sharpness.max(from.sharpness);
-            if from.f64 > to.f64 {
-                (to.f64, to.f64_at) = (from.f64, from.f64_at);
-            }
-            if from.f32 > to.f32 {
-                (to.f32, to.f32_at) = (from.f32, from.f32_at);
-            }
+            self.groups.entry(key).or_default().merge(from);
         }
         self.mismatches.extend(other.mismatches);
         self.extrapolates.extend(other.extrapolates);

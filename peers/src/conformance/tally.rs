@@ -18,6 +18,16 @@ pub enum Method {
 }
 
 impl Method {
+    pub const ALL: [Self; 7] = [
+        Self::Limit,
+        Self::Far(4),
+        Self::Far(6),
+        Self::Far(8),
+        Self::FarBSpline(6),
+        Self::Bfr(2, 6),
+        Self::Bfr(10, 10),
+    ];
+
     pub fn name(self) -> String {
         match self {
             Self::Limit => "Limit".into(),
@@ -109,6 +119,11 @@ impl Value {
         }
     }
 
+    /// The same with second derivatives of the other sign.
+    pub fn negated(&self) -> Self {
+        Self { second: self.second.map(|rows| rows.map(|row| row.map(|x| -x))), ..*self }
+    }
+
     /// The distance to what refinement gives.
     pub fn from_witness(&self, witness: &Witness, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let relative = |ours: [[f64; 3]; 2], truth: [[f64; 3]; 2], least: f64| {
@@ -178,6 +193,23 @@ pub struct Tally {
     pub case: Option<Case>,
 }
 
+impl Tally {
+    pub fn merge(&mut self, from: Self) {
+        self.samples += from.samples;
+        self.differing += from.differing;
+        self.judged += from.judged;
+        self.agreeing = self.agreeing.max(from.agreeing);
+        self.worst = self.worst.max(from.worst);
+        self.ours_off = self.ours_off.max(from.ours_off);
+        self.theirs_off = self.theirs_off.max(from.theirs_off);
+        self.lost.extend(from.lost);
+        let rank = |c: &Option<Case>| c.as_ref().map(|c| (c.own, c.difference));
+        if rank(&from.case) > rank(&self.case) {
+            self.case = from.case;
+        }
+    }
+}
+
 pub type Key = (Cause, Method, Quantity);
 
 #[derive(Clone, Debug, Default)]
@@ -216,18 +248,7 @@ impl Tallies {
     pub fn merge(&mut self, other: Self) {
         for (key, from) in other.0 {
             let to = self.0.entry(key).or_default();
-            to.samples += from.samples;
-            to.differing += from.differing;
-            to.judged += from.judged;
-            to.agreeing = to.agreeing.max(from.agreeing);
-            to.worst = to.worst.max(from.worst);
-            to.ours_off = to.ours_off.max(from.ours_off);
-            to.theirs_off = to.theirs_off.max(from.theirs_off);
-            to.lost.extend(from.lost);
-            let rank = |c: &Option<Case>| c.as_ref().map(|c| (c.own, c.difference));
-            if rank(&from.case) > rank(&to.case) {
-                to.case = from.case;
-            }
+            to.merge(from);
         }
     }
 }
