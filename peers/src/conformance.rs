@@ -104,3 +104,35 @@ pub fn run(folder: &Path, out: &Path) -> Result<(), String> {
     faults.iter().for_each(|fault| println!("{fault}"));
     if faults.is_empty() { Ok(()) } else { Err(format!("{} faults", faults.len())) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tally::{Method, Quantity};
+
+    #[test]
+    fn wherever_limits_differ_refinement_goes_to_ours() {
+        // A cube with a dart at either end of an edge and a semi-sharp corner; under Loop its faces halved; a seam.
+        let cube = "v -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 -1\nv 1 -1 -1\n\
+            vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n";
+        let quads = "f 1/1 2/2 4/4 3/3\nf 3/3 4/4 6/2 5/1\nf 5/1 6/2 8/4 7/3\nf 7/3 8/4 2/2 1/1\nf 2/2 8/4 6/2 4/4\n\
+            f 7/3 1/1 3/3 5/1\n";
+        let tags = "t crease 2/1/0 0 1 10\nt corner 1/1/0 5 2.5\n";
+        let triangles = "f 1/1 2/2 4/4\nf 1/1 4/4 3/3\nf 3 4 6\nf 3 6 5\nf 5 6 8\nf 5 8 7\nf 7 8 2\nf 7 2 1\nf 2 8 6\n\
+            f 2 6 4\nf 7 1 3\nf 7 3 5\n";
+        for (name, faces) in [("catmark_cube", quads), ("loop_cube", triangles)] {
+            let shape = Shape::parse(name, &format!("{cube}{faces}{tags}")).unwrap();
+            let results = Results::of_shape(&shape);
+            assert_eq!(results.faults(), Vec::<String>::new(), "{name}");
+            let judged = |cause| {
+                let tally = &results.tallies.0[&(cause, Method::Limit, Quantity::Position)];
+                assert!(tally.differing > 0 && tally.judged > 0 && tally.theirs_off > 1e-3, "{name} {cause:?}");
+                assert!(tally.ours_off < 1e-8, "{name} {cause:?}: {:e}", tally.ours_off);
+            };
+            judged(cause::Cause::Dart);
+            judged(cause::Cause::SemiSharp);
+            let report = report::text(&results);
+            assert!(report.ends_with("none.\n"), "{report}");
+        }
+    }
+}

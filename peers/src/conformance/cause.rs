@@ -77,7 +77,9 @@ impl Cause {
                 "The rule of the level at which the limit is taken holds for ever: what is still sharp counts as \
                  infinitely sharp, in `Limit` and where isolation ends."
             }
-            Self::NonManifold => "End caps of the faces at the vertex.",
+            Self::NonManifold => {
+                "`Limit` has one normal for what are several sheets. Patches: end caps of the faces at the vertex."
+            }
             Self::UpsideDown => {
                 "Triangles in the middle of others are turned by half a circle. Their second derivatives are multiplied \
                  by the cube of that sign instead of its square (`d2Scale` in `far/patchBasis.cpp`)."

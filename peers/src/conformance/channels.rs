@@ -49,7 +49,7 @@ pub struct Group {
 pub struct Channels {
     pub groups: BTreeMap<(String, usize), Group>,
     pub faults: Vec<String>,
-    /// Where OpenSubdiv takes one value for two, and it shows.
+    /// Shapes with a value that OpenSubdiv takes for two, once for every variant that shows it.
     pub one_for_two: Vec<String>,
 }
 
@@ -80,7 +80,7 @@ pub fn run(variant: &Variant, out: &mut Channels) -> Result<(), String> {
         let (mut group, mut faults) = (Group::default(), vec![]);
         compare(&shape, &name, &mut group, &mut faults)?;
         if !faults.is_empty() && takes_one_value_for_two(&shape)? {
-            out.one_for_two.push(name);
+            out.one_for_two.push(shape.name);
             continue;
         }
         out.groups.entry(key).or_default().merge(group);

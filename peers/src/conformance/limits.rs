@@ -23,7 +23,7 @@ pub struct Limits {
     pub tallies: Tallies,
     /// Samples where one side has a surface and the other none.
     pub one_sided: Vec<String>,
-    /// What OpenSubdiv must not be asked.
+    /// Shapes for whose `Limit` OpenSubdiv must not be asked.
     pub not_run: Vec<String>,
 }
 
@@ -86,7 +86,8 @@ impl Run<'_> {
         let limits = match opensubdiv::limit(self.shape, depth, VertexOrder::VerticesFirst) {
             Ok(limits) => limits,
             Err(message) => {
-                self.out.not_run.push(message);
+                self.out.not_run.push(self.shape.name.clone());
+                eprintln!("{message}");
                 return Ok(());
             }
         };
@@ -95,9 +96,12 @@ impl Run<'_> {
         let starts = face_starts(&level);
         // On either side of a sharp edge the surface has another normal.
         let mut at: Vec<Vec<Location>> = vec![vec![]; level.positions.len()];
+        // OpenSubdiv takes one side's, be it a hole's.
+        let mut in_hole = vec![false; level.positions.len()];
         for (f, place) in faces.iter().enumerate() {
             for corner in 0..starts[f + 1] - starts[f] {
                 let v = level.face_vertices[starts[f] + corner] as usize;
+                in_hole[v] |= level.holes[f];
                 if !level.holes[f] && (at[v].is_empty() || level.vertex_rules[v] > 2) {
                     at[v].push(location(place, place.corners[corner]));
                 }
@@ -106,8 +110,8 @@ impl Run<'_> {
         let mut pairs = vec![];
         for (v, at) in at.into_iter().enumerate() {
             let limit = limits[v];
-            let smooth = self.shape.scheme != Scheme::Bilinear;
-            let normal = if smooth { normal(limit.tangents) } else { None };
+            let comparable = self.shape.scheme != Scheme::Bilinear && (level.vertex_rules[v] <= 2 || !in_hole[v]);
+            let normal = if comparable { normal(limit.tangents) } else { None };
             let theirs = Value { position: limit.position, normal, first: None, second: None };
             let angle = |value: &Value| value.apart(&theirs, Quantity::Normal, 1.0).unwrap_or(180.0);
             let sides = at.iter().filter_map(|&at| Some((at, self.ours(at)?)));

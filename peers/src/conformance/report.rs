@@ -201,9 +201,9 @@ fn channels(t: &mut String, results: &Results) {
 
 Texture coordinates of the shapes that have them, under the six rules, compared at face corners (so that it does not
 matter how values are numbered) on levels 1 to 4, as far as there are 100,000 corners. `LimitFaceVarying` on level 2
-forms its sums with weights in single precision; where it is off by more than that (for the reasons given
-below for vertices, and under bilinear subdivision, where it rounds creases that refinement keeps), level 7 or the finest that was refined, past the end of all
-semi-sharpness, says who is right: the last three columns.
+forms its sums with weights in single precision. Where it is off by more than that (for the reasons given below for
+vertices; under bilinear subdivision because it rounds creases that refinement keeps), level 7, or the finest below it
+that was refined, says who is right, past the end of all semi-sharpness: the last three columns.
 
 ",
     );
@@ -245,43 +245,45 @@ semi-sharpness, says who is right: the last three columns.
     if !known.is_empty() {
         let _ = write!(
             t,
-            "Left out of the table are {} meshes with values that alternate round a vertex (a, b, a, b), which OpenSubdiv
-counts wrongly: it keeps a, whose faces do not hang together, sharp, and rounds b, whose faces do not either. Here both
-are sharp. Only the rule \"none\" shows it ({}).
+            "Left out of the table are {} meshes with values that alternate round a vertex (a, b, a, b), which OpenSubdiv counts
+wrongly: it keeps a, whose faces do not hang together, sharp, and rounds b, whose faces do not either. Here both are sharp.
+Only the rule \"none\" shows it ({}).
 
 ",
             known.len(),
-            list_some(known)
+            distinct(known)
         );
     }
 }
 
-fn list_some(names: &[String]) -> String {
-    let shown: Vec<&str> = names.iter().take(4).map(String::as_str).collect();
-    let more = names.len() - shown.len();
-    shown.join("; ") + &if more > 0 { format!("; {more} more") } else { String::new() }
+/// Every name once.
+fn distinct(names: &[String]) -> String {
+    let names: std::collections::BTreeSet<&str> = names.iter().map(String::as_str).collect();
+    names.into_iter().collect::<Vec<_>>().join(", ")
 }
 
 fn left_out(t: &mut String, results: &Results) {
     let extrapolates = &results.refinement.extrapolates;
     let names: Vec<String> = extrapolates.iter().map(|(name, level)| format!("{name} (level {level})")).collect();
+    let chaikin = if names.is_empty() {
+        "None of the meshes has the case in which Chaikin's rule makes OpenSubdiv extrapolate.".to_string()
+    } else {
+        format!("Levels in which Chaikin's rule makes OpenSubdiv extrapolate, and their limits: {}.", distinct(&names))
+    };
     let _ = write!(
         t,
         "## Not run
 
 - OpenSubdiv in single precision, its stencil tables, its GPU evaluators; legacy Gregory patches; single-crease patches,
   whose sharpness `Far::PatchTable::EvaluateBasis` does not take.
-- Limits of {} meshes in which Chaikin's rule makes OpenSubdiv extrapolate: compared below the level given. {}
-- `Limit` with tangents at vertices with more faces than any vertex has edges, as on an edge of many faces: OpenSubdiv
-  {} writes beyond its buffers there. {}
+- {chaikin}
+- `Limit` with tangents of meshes where a vertex has more faces than any vertex has edges, as on an edge of many faces:
+  OpenSubdiv writes beyond its buffers there ({}).
 - Judging by refinement where several edges join the same two vertices (a face that passes one edge twice), normals where
   the surface is folded flat, and limits of large meshes beyond level 1 (more than 6,000 vertices).
 
 ",
-        extrapolates.len(),
-        list_some(&names),
-        opensubdiv::version(),
-        list_some(&results.not_run)
+        distinct(&results.not_run)
     );
 }
 

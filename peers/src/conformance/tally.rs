@@ -88,6 +88,9 @@ impl Quantity {
     }
 }
 
+/// Derivatives shorter than this share of the diagonal are rounding: of faces folded into a point, say.
+const NOTHING: f64 = 1e-9;
+
 /// A point of a surface as either side gives it.
 #[derive(Clone, Copy, Debug)]
 pub struct Value {
@@ -101,9 +104,8 @@ impl Value {
     /// Two values' distance in one quantity; none where one of them has none.
     pub fn apart(&self, other: &Self, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let rows = |a: &[[f64; 3]], b: &[[f64; 3]]| {
-            let size = a.iter().chain(b).map(|&x| length(x)).fold(0.0, f64::max);
-            let far = a.iter().zip(b).map(|(&a, &b)| length(sub(a, b))).fold(0.0, f64::max);
-            if size > 0.0 { far / size } else { 0.0 }
+            let size = a.iter().chain(b).map(|&x| length(x)).fold(NOTHING * diagonal, f64::max);
+            a.iter().zip(b).map(|(&a, &b)| length(sub(a, b))).fold(0.0, f64::max) / size
         };
         match quantity {
             Quantity::Position => Some(length(sub(self.position, other.position)) / diagonal),
@@ -114,7 +116,7 @@ impl Value {
                 // Where the surface is all but flat the second derivatives are rounding.
                 let size = |v: &[[f64; 3]]| v.iter().map(|&x| length(x)).fold(0.0, f64::max);
                 let (second, first) = (size(&self.second?).max(size(&other.second?)), size(&self.first?));
-                Some(far * (second / second.max(1e-3 * first).max(f64::MIN_POSITIVE)))
+                Some(far * (second / second.max(1e-3 * first).max(NOTHING * diagonal)))
             }
         }
     }
@@ -127,7 +129,7 @@ impl Value {
     /// The distance to what refinement gives.
     pub fn from_witness(&self, witness: &Witness, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let relative = |ours: [[f64; 3]; 2], truth: [[f64; 3]; 2], least: f64| {
-            let size = truth.iter().map(|&x| length(x)).fold(least.max(f64::MIN_POSITIVE), f64::max);
+            let size = truth.iter().map(|&x| length(x)).fold(least.max(NOTHING * diagonal), f64::max);
             ours.iter().zip(truth).map(|(&a, b)| length(sub(a, b))).fold(0.0, f64::max) / size
         };
         match quantity {
