@@ -4,10 +4,12 @@
 pub mod cause;
 pub mod channels;
 mod limits;
+pub mod place;
 mod refinement;
 mod report;
 mod tally;
 mod variants;
+mod vector;
 pub mod witness;
 
 use crate::compare_refine::{SCHEMES, round_sharpness};

@@ -16,13 +16,16 @@ const IN_FULL: [&str; 5] =
 /// Corners kept of levels 1, 2 and 3, evenly chosen: of these shapes, and of the others.
 const KEPT: [[usize; 3]; 2] = [[512, 256, 128], [0, 64, 0]];
 
+/// The values at face corners, level by level.
+type Levels = Vec<Vec<[f64; 2]>>;
+
 /// None for shapes without texture coordinates.
 ///
 /// # Errors
 /// What OpenSubdiv says when it refuses the mesh.
 pub fn reference(shape: &Shape) -> Result<Option<String>, String> {
     let Some(channel) = &shape.channel else { return Ok(None) };
-    let mut by_rule: Vec<(Vec<&str>, Vec<Vec<[f64; 2]>>)> = vec![];
+    let mut by_rule: Vec<(Vec<&str>, Levels)> = vec![];
     for rule in RULES {
         let mut shape = shape.clone();
         shape.tags.rules.face_varying = rule;
@@ -30,8 +33,7 @@ pub fn reference(shape: &Shape) -> Result<Option<String>, String> {
         if rule == FaceVarying::None && takes_one_value_for_two(&shape)? {
             continue;
         }
-        let levels: Vec<Vec<[f64; 2]>> =
-            refine_channel(&shape, LEVELS)?[1..].iter().map(ChannelLevel::at_corners).collect();
+        let levels: Levels = refine_channel(&shape, LEVELS)?[1..].iter().map(ChannelLevel::at_corners).collect();
         match by_rule.iter_mut().find(|(_, known)| *known == levels) {
             Some((rules, _)) => rules.push(rule_name(rule)),
             None => by_rule.push((vec![rule_name(rule)], levels)),

@@ -6,7 +6,8 @@
 //! all around.
 
 use crate::conformance::cause::{Cause, causes};
-use crate::conformance::witness::{Place, face_starts, places};
+use crate::conformance::place::{Place, places};
+use crate::conformance::witness::face_starts;
 use crate::dump_reference::{line, list, quoted};
 use crate::opensubdiv::{self, Approximation, OsdLevel, Sample, VertexOrder};
 use crate::shape::{Scheme, Shape};

@@ -1,8 +1,8 @@
 //! Face-varying values under all six rules: level by level at every face corner, so that no numbering matters, and in
 //! the limit.
 
+use super::place::places;
 use super::variants::{Variant, scheme_name};
-use super::witness::places;
 use crate::opensubdiv::{self, limit_channel, refine_channel, takes_one_value_for_two};
 use crate::shape::Shape;
 use std::collections::BTreeMap;
@@ -91,7 +91,7 @@ pub fn run(variant: &Variant, out: &mut Channels) -> Result<(), String> {
 
 fn compare(shape: &Shape, name: &str, group: &mut Group, faults: &mut Vec<String>) -> Result<(), String> {
     let given = shape.channel.as_ref().expect("a channel");
-    let corners_at = |level: u32| 4 * shape.indices.len() << (2 * (level - 1));
+    let corners_at = |level: u32| (4 * shape.indices.len()) << (2 * (level - 1));
     let most = |from: u32| (1..=from).rev().find(|&level| corners_at(level) <= MOST_CORNERS).unwrap_or(1);
     let theirs = refine_channel(shape, most(JUDGE_LEVEL))?;
     let topology = mesh_topology(shape)?;

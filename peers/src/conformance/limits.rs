@@ -1,9 +1,10 @@
 //! The limit: OpenSubdiv's three ways to it against ours, and refinement as the judge where they differ.
 
 use super::cause::{Cause, causes};
+use super::place::{Place, places};
 use super::tally::{Case, Key, Method, Quantity, Tallies, Value, normal};
 use super::variants::Variant;
-use super::witness::{Place, Start, Witness, face_starts, places};
+use super::witness::{Start, Witness, face_starts};
 use crate::opensubdiv::{self, Approximation, EndCap, Sample, VertexOrder};
 use crate::shape::{Scheme, Shape};
 use std::collections::HashMap;

@@ -69,7 +69,7 @@ all. Written by a program, not by hand:
     cd peers
     cargo run --release -- conformance ../docs/conformance.md SHAPES
 
-`SHAPES` is the folder `regression/shapes` of OpenSubdiv's sources (here that of version 3.6.0; later ones are the same),
+`SHAPES` is the folder `regression/shapes` of OpenSubdiv's sources (here that of version 3.6.0),
 or any folder of OBJ files whose names begin with `catmark_`, `loop_` or `bilinear_`. `peers/README.md` tells what is
 needed to build the program. [opensubdiv-differences.md](opensubdiv-differences.md) explains the differences that this
 page measures; [from-opensubdiv.md](from-opensubdiv.md) helps to move code.

@@ -1,7 +1,8 @@
 //! Counting differences: by cause, by way of evaluation, by quantity.
 
 use super::cause::Cause;
-use super::witness::{Witness, angle_deg, cross, length, sub, unit};
+use super::vector::{angle_deg, cross, length, sub, unit};
+use super::witness::Witness;
 use std::collections::BTreeMap;
 
 /// Where OpenSubdiv's value comes from.
@@ -89,7 +90,7 @@ impl Quantity {
 }
 
 /// Derivatives shorter than this share of the diagonal are rounding: of faces folded into a point, say.
-const NOTHING: f64 = 1e-9;
+const NOTHING: f64 = 1e-6;
 
 /// A point of a surface as either side gives it.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +128,7 @@ impl Value {
     }
 
     /// The distance to what refinement gives.
-    pub fn from_witness(&self, witness: &Witness, quantity: Quantity, diagonal: f64) -> Option<f64> {
+    pub fn off_witness(&self, witness: &Witness, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let relative = |ours: [[f64; 3]; 2], truth: [[f64; 3]; 2], least: f64| {
             let size = truth.iter().map(|&x| length(x)).fold(least.max(NOTHING * diagonal), f64::max);
             ours.iter().zip(truth).map(|(&a, b)| length(sub(a, b))).fold(0.0, f64::max) / size
@@ -232,7 +233,7 @@ impl Tallies {
     /// Takes the witness's word on a place where the two differ.
     pub fn judge(&mut self, key: Key, case: Case) {
         let quantity = key.2;
-        let off = |value: &Value| value.from_witness(&case.witness, quantity, case.diagonal);
+        let off = |value: &Value| value.off_witness(&case.witness, quantity, case.diagonal);
         let (Some(ours), Some(theirs)) = (off(&case.ours), off(&case.theirs)) else { return };
         let tally = self.0.entry(key).or_default();
         tally.judged += 1;

@@ -9,6 +9,8 @@
 //! All masks are averages, so the limit never leaves the one-ring's hull: `radius`, the distance to the farthest ring
 //! point, bounds how far the refined point can still move.
 
+use super::place::{Place, places};
+use super::vector::{cross, length, sub, unit};
 use crate::opensubdiv::{self, OsdLevel, VertexOrder};
 use crate::shape::{Scheme, Shape};
 use subsurf::{Boundary, Corner, Crease};
@@ -45,68 +47,6 @@ impl Witness {
     pub fn normal(&self) -> Option<[f64; 3]> {
         self.normals.last().copied().flatten()
     }
-}
-
-/// A face of the control mesh with its patch's parameters, and what of it a level's face covers.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Place {
-    pub face: u32,
-    pub subface: u32,
-    /// Parameters of the level face's corners; a triangle's fourth is unused.
-    pub corners: [[f64; 2]; 4],
-}
-
-const UNIT_SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-const UNIT_TRIANGLE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
-
-fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-}
-
-impl Place {
-    /// The four children of a quad or, under Loop, of a triangle, in the order of the refined faces.
-    fn children(&self, scheme: Scheme) -> [Self; 4] {
-        let p = self.corners;
-        std::array::from_fn(|c| {
-            let corners = match (scheme, c) {
-                (Scheme::Loop, 3) => [middle(p[1], p[2]), middle(p[2], p[0]), middle(p[0], p[1]), [0.0; 2]],
-                _ => std::array::from_fn(|j| middle(p[c], p[j])),
-            };
-            Self { corners, ..*self }
-        })
-    }
-
-    fn contains(&self, scheme: Scheme, at: [f64; 2]) -> bool {
-        let p = self.corners;
-        if scheme == Scheme::Loop {
-            // The smallest barycentric coordinate, exact for the dyadic numbers at hand.
-            let cross = |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0]);
-            return cross(p[0], p[1]).min(cross(p[1], p[2])).min(cross(p[2], p[0])) >= 0.0;
-        }
-        (0..2).all(|k| {
-            let (a, b) = (p[0][k].min(p[2][k]), p[0][k].max(p[2][k]));
-            (a..=b).contains(&at[k])
-        })
-    }
-}
-
-/// Where every face of levels 1 to `levels` lies.
-pub fn places(shape: &Shape, levels: u32) -> Vec<Vec<Place>> {
-    let mut first = vec![];
-    for (face, &n) in (0..).zip(&shape.counts) {
-        let whole = |subface, corners| Place { face, subface, corners };
-        match (shape.scheme, n) {
-            (Scheme::Loop, _) => first.extend(whole(0, UNIT_TRIANGLE).children(Scheme::Loop)),
-            (_, 4) => first.extend(whole(0, UNIT_SQUARE).children(shape.scheme)),
-            _ => first.extend((0..n).map(|corner| whole(corner, UNIT_SQUARE))),
-        }
-    }
-    let mut all = vec![first];
-    while all.len() < levels as usize {
-        let next = all[all.len() - 1].iter().flat_map(|place| place.children(shape.scheme)).collect();
-        all.push(next);
-    }
-    all
 }
 
 /// The few faces round a face or a vertex, as a mesh of their own. The face is number 0, the vertex number 0.
@@ -428,25 +368,39 @@ fn ring_normal(shape: &Shape) -> Option<[f64; 3]> {
     if length(sum) > 1e-6 * size { unit(sum) } else { None }
 }
 
-pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-pub fn length(a: [f64; 3]) -> f64 {
-    a.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
+    #[test]
+    fn on_a_skewed_grid_the_limit_is_the_affine_map_itself() {
+        // Vertex (i, j) lies at (2i + j, 3j, 1); face 4 is the middle one of 3 × 3.
+        let points: String = (0..16).map(|k| format!("v {} {} 1\n", 2 * (k % 4) + k / 4, 3 * (k / 4))).collect();
+        let face = |k: u32| {
+            let v = k % 3 + 4 * (k / 3) + 1;
+            format!("f {v} {} {} {}\n", v + 1, v + 5, v + 4)
+        };
+        let faces: String = (0..9).map(face).collect();
+        let shape = Shape::parse("catmark_grid", &format!("{points}{faces}")).unwrap();
+        let start = Start::new(&shape, 1).unwrap();
+        let witness = start.follow(&shape, 4, 0, [0.375, 0.25], 60).unwrap().unwrap();
+        assert!(witness.radius < 1e-12);
+        let expected = [2.0 * 1.375 + 1.25, 3.0 * 1.25, 1.0];
+        assert!(length(sub(witness.limit(), expected)) < 1e-14, "{:?}", witness.limit());
+        assert!(length(sub(witness.normal().unwrap(), [0.0, 0.0, 1.0])) < 1e-14);
+        for along in witness.along.unwrap() {
+            let [u, v] = along.direction;
+            // Seven halvings of a step of 1/8 leave 2^-10, and roundings 1e-16 times as many.
+            assert!(length(sub(along.first, [2.0 * u + v, 3.0 * v, 0.0])) < 1e-12);
+            assert!(length(along.second) < 1e-8);
+        }
+    }
 
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
-    let n = length(a);
-    (n > 0.0 && n.is_finite()).then(|| a.map(|x| x / n))
-}
-
-/// Between unit vectors, in degrees; exact for small angles.
-pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
-    length(cross(a, b)).atan2(dot).to_degrees()
+    #[test]
+    fn holes_have_no_limit() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt hole 1/0/0 0";
+        let shape = Shape::parse("catmark_hole", text).unwrap();
+        let start = Start::new(&shape, 1).unwrap();
+        assert!(start.follow(&shape, 0, 0, [0.5, 0.5], 60).unwrap().is_none());
+    }
 }

@@ -4,7 +4,7 @@ use super::{Table, grouped, short};
 use crate::conformance::Results;
 use crate::conformance::cause::Cause;
 use crate::conformance::tally::{Case, Method, Quantity, Tally};
-use crate::conformance::witness::{angle_deg, length, sub};
+use crate::conformance::vector::{angle_deg, length, sub};
 use std::fmt::Write;
 
 /// How much further a place's vertex is refined in the tables.
