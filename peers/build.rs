@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SHIM: [&str; 3] = ["shim/opensubdiv.cpp", "shim/surface.cpp", "shim/face_varying.cpp"];
+const SHIMS: [&str; 4] = ["shim/opensubdiv.cpp", "shim/surface.cpp", "shim/face_varying.cpp", "shim/adaptive.cpp"];
 
 fn main() {
     println!("cargo:rerun-if-changed=shim");
@@ -22,7 +22,7 @@ fn main() {
     );
 
     let mut build = cc::Build::new();
-    build.cpp(true).std("c++14").opt_level(2).include(&root).warnings(false).files(SHIM);
+    build.cpp(true).std("c++14").opt_level(2).include(&root).warnings(false).files(SHIMS);
     if std::env::var_os("CARGO_FEATURE_ASSERTS").is_none() {
         build.define("NDEBUG", None);
     }

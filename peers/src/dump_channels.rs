@@ -19,12 +19,15 @@ const KEPT: [[usize; 3]; 2] = [[512, 256, 128], [0, 64, 0]];
 /// The values at face corners, level by level.
 type Levels = Vec<Vec<[f64; 2]>>;
 
-/// None for shapes without texture coordinates.
+/// None for shapes without texture coordinates, or with only one.
 ///
 /// # Errors
 /// What OpenSubdiv says when it refuses the mesh.
 pub fn reference(shape: &Shape) -> Result<Option<String>, String> {
     let Some(channel) = &shape.channel else { return Ok(None) };
+    if channel.values.iter().all(|v| *v == channel.values[0]) {
+        return Ok(None);
+    }
     let mut by_rule: Vec<(Vec<&str>, Levels)> = vec![];
     for rule in RULES {
         let mut shape = shape.clone();

@@ -1,5 +1,7 @@
 //! Other implementations of subdivision surfaces beside ours: reference numbers, comparison.
 
+pub mod adaptive;
+pub mod compare_adaptive;
 pub mod compare_refine;
 pub mod conformance;
 pub mod dump_channels;

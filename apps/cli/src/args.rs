@@ -84,9 +84,12 @@ pub struct MeshArgs {
     /// Control mesh: an .obj file, or - for OBJ on standard input
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Subdivision scheme: catmull-clark, loop (triangles only) or bilinear [default: what the file says, else catmull-clark]
+    /// Subdivision scheme: catmull-clark, loop (triangles, see --split-polygons) or bilinear [default: what the file says, else catmull-clark]
     #[arg(long, value_parser = one_of(SCHEMES), hide_possible_values = true, help_heading = "Interpretation")]
     pub scheme: Option<Scheme>,
+    /// With --scheme loop: cut faces that are no triangles along their shortest diagonals; faces are then counted in triangles
+    #[arg(long, help_heading = "Interpretation")]
+    pub split_polygons: bool,
     /// Rules for what the file leaves open: usd, opensubdiv or blender [default: usd]
     #[arg(long, value_parser = one_of(PRESETS), hide_possible_values = true, help_heading = "Interpretation")]
     pub preset: Option<Preset>,

@@ -2,7 +2,7 @@
 
 use crate::eval::TableError;
 use std::io;
-use subsurf::{ChannelError, MeshError, TessellateError};
+use subsurf::{AdaptiveError, ChannelError, MeshError, TessellateError};
 use subsurf_io::{ReadError, WriteError};
 use subsurf_render::RenderError;
 use thiserror::Error;
@@ -22,6 +22,8 @@ pub enum Failure {
     Mesh { name: String, source: MeshError },
     #[error("{name}: level {level} is too large: {source}")]
     Level { name: String, level: u32, source: MeshError },
+    #[error("{name}: {source}")]
+    Baseline { name: String, source: AdaptiveError },
     #[error("{name}: {source}")]
     Tessellate { name: String, source: TessellateError },
     #[error("{name}: {source}")]

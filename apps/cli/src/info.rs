@@ -3,6 +3,7 @@
 mod census;
 
 use crate::args::{BOUNDARIES, CREASINGS, Common, FACE_VARYINGS, MeshArgs, SCHEMES, TRIANGLES, TriangleRule, word};
+use crate::baseline::{BaselineArgs, BaselineFacts};
 use crate::console::{Console, heading, print, print_json};
 use crate::failure::{Bytes, Failure};
 use crate::input::Input;
@@ -18,6 +19,7 @@ Examples:
   subsurf info spot.obj                    for reading
   subsurf info spot.obj --json | jq .edges      for scripts
   subsurf info open.obj --boundary none    under other rules
+  subsurf info car.obj --baseline feature-adaptive     beside the patches of feature-adaptive refinement
 
 Valence counts edges; vertices on non-manifold edges are left out. Vertices and faces in warnings count from 0.";
 
@@ -29,25 +31,30 @@ pub struct InfoArgs {
     mesh: MeshArgs,
     #[command(flatten)]
     rule: TriangleRule,
+    #[command(flatten)]
+    baseline: BaselineArgs,
 }
 
 /// Runs the verb.
 pub fn run(args: &InfoArgs, common: &Common, console: &Console) -> Result<(), Failure> {
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
-    let facts = |topology: &Topology, size: Option<TableSize>| Facts {
-        name: &input.name,
-        scheme: input.scheme,
-        census: Census::new(&input.scene, topology, input.scheme),
-        rules: *topology.rules(),
-        size,
+    let facts = |topology: &Topology, size: Option<TableSize>| -> Result<Facts<'_>, Failure> {
+        Ok(Facts {
+            name: &input.name,
+            scheme: input.scheme,
+            census: Census::new(&input.scene, topology, input.scheme),
+            rules: *topology.rules(),
+            size,
+            baseline: args.baseline.refine(topology, &input)?.as_ref().map(BaselineFacts::new),
+        })
     };
     let facts = match PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default()) {
-        Ok(table) => facts(table.topology(), Some(table.size())),
+        Ok(table) => facts(table.topology(), Some(table.size()))?,
         Err(error @ MeshError::TooLarge { .. }) => {
             // The rest can still be told, and may say why.
             console.warn(&format_args!("{}: there is no patch table: {error}", input.name));
             let level = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;
-            facts(level.topology(), None)
+            facts(level.topology(), None)?
         }
         Err(error) => return Err(input.mesh_error(error)),
     };
@@ -62,6 +69,8 @@ struct Facts<'a> {
     rules: Rules,
     /// None where the mesh is too large for a patch table.
     size: Option<TableSize>,
+    /// None where it was not asked for.
+    baseline: Option<BaselineFacts>,
 }
 
 /// How often each number occurs.
@@ -116,6 +125,7 @@ impl Facts<'_> {
             "table_bytes_of": self.size.map(|s| {
                 json!({ "patches": s.patch_bytes, "plans": s.plan_bytes, "topology": s.topology_bytes })
             }),
+            "baseline": self.baseline.as_ref().map(BaselineFacts::json),
             "bounding_box": { "min": c.bounds[0], "max": c.bounds[1] },
         })
     }
@@ -134,10 +144,13 @@ impl Facts<'_> {
         page.line("interior", &histogram(&c.interior));
         page.line("boundary", &histogram(&c.boundary));
         let ordinary = match self.scheme {
-            Scheme::Loop => "not 6 inside, not 4 on the boundary (or 2 at a corner)",
-            _ => "not 4 inside, not 3 on the boundary (or 2 at a corner)",
+            Scheme::Loop => Some("not 6 inside, not 4 on the boundary (or 2 at a corner)"),
+            Scheme::Bilinear => None,
+            _ => Some("not 4 inside, not 3 on the boundary (or 2 at a corner)"),
         };
-        page.row("extraordinary", c.extraordinary, ordinary);
+        if let Some(ordinary) = ordinary {
+            page.row("extraordinary", c.extraordinary, ordinary);
+        }
         page.section("Tags");
         page.row("creases", c.creases.count, &c.creases.describe());
         page.row("corners", c.corners.count, &c.corners.describe());
@@ -170,8 +183,12 @@ impl Facts<'_> {
         }
         if let Some(size) = &self.size {
             page.section("Patch table");
-            let regular = if self.scheme == Scheme::Loop { "quartic" } else { "bicubic" };
-            page.row("patches", size.patches, &format!("{} of them one {regular} patch", size.regular_patches));
+            let kinds = match self.scheme {
+                Scheme::Loop => format!("{} of them one quartic patch", size.regular_patches),
+                Scheme::Bilinear => "bilinear".to_owned(),
+                _ => format!("{} of them one bicubic patch", size.regular_patches),
+            };
+            page.row("patches", size.patches, &kinds);
             page.row(
                 "plans",
                 size.plans,
@@ -187,6 +204,15 @@ impl Facts<'_> {
                     Bytes(size.topology_bytes as u64)
                 ),
             );
+        }
+        if let Some(baseline) = &self.baseline {
+            page.section("Baseline");
+            for (label, count, text) in baseline.lines() {
+                match count {
+                    Some(count) => page.row(label, count, &text),
+                    None => page.line(label, &text),
+                }
+            }
         }
         page.0
     }

@@ -35,6 +35,12 @@ impl Input {
         rules.face_varying = args.face_varying.unwrap_or(rules.face_varying);
         rules.triangles = triangles.unwrap_or(rules.triangles);
         scene.mesh = scene.mesh.with_rules(rules);
+        if args.split_polygons {
+            if scheme != Scheme::Loop {
+                return Err(Failure::Usage("--split-polygons makes triangles for Loop subdivision; add --scheme loop"));
+            }
+            split_polygons(&mut scene, &name, console)?;
+        }
         for warning in &scene.warnings {
             console.warn(&format_args!("{name}: {warning}"));
         }
@@ -91,6 +97,19 @@ impl Input {
             console.warn(&format_args!("{}: {warning}", self.name));
         }
     }
+}
+
+/// Cuts all faces into triangles; what belongs to face corners follows them.
+fn split_polygons(scene: &mut Scene, name: &str, console: &Console) -> Result<(), Failure> {
+    let failed = |source| Failure::Mesh { name: name.to_owned(), source };
+    let cut = scene.mesh.triangulated(&scene.positions).map_err(failed)?;
+    let follow = |indices: &mut Vec<u32>| *indices = cut.corners.iter().map(|&c| indices[c as usize]).collect();
+    scene.texture.iter_mut().for_each(|channel| follow(&mut channel.indices));
+    scene.normals.iter_mut().for_each(|channel| follow(&mut channel.indices));
+    let polygons = scene.mesh.faces().filter(|face| face.len() > 3).count();
+    console.note(&format_args!("{name}: {polygons} polygons cut; {} triangles in all", cut.mesh.face_count()));
+    scene.mesh = cut.mesh;
+    Ok(())
 }
 
 /// Texture coordinates as a channel.

@@ -12,14 +12,17 @@ pub struct Oddity {
     /// One and many.
     what: [&'static str; 2],
     done: &'static str,
+    /// The first few names, none twice.
     first: Vec<String>,
+    /// Whether there are further names.
+    more: bool,
 }
 
 impl fmt::Display for Oddity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { count, what, done, first } = self;
+        let Self { count, what, done, first, more } = self;
         write!(f, "{count} {} {done} ({}", what[usize::from(*count != 1)], first.join(", "))?;
-        f.write_str(if *count > first.len() { ", …)" } else { ")" })
+        f.write_str(if *more { ", …)" } else { ")" })
     }
 }
 
@@ -66,7 +69,7 @@ pub fn edge_faults(t: &Topology) -> Vec<(Edge, EdgeFault)> {
 pub fn found(mesh: &ControlMesh, t: &Topology) -> Vec<Oddity> {
     let edge_name = |e: Edge| {
         let [a, b] = t.edge_vertices(e);
-        format!("vertices {} and {}", a.min(b), a.max(b))
+        if a == b { format!("at vertex {a}") } else { format!("vertices {} and {}", a.min(b), a.max(b)) }
     };
     let faults = edge_faults(t);
     let edges = |kind, what, done| {
@@ -125,6 +128,35 @@ fn oddity<E>(
     done: &'static str,
 ) -> Option<Oddity> {
     let count = elements.len();
-    let first = elements.into_iter().take(NAMED).map(name).collect();
-    (count > 0).then_some(Oddity { count, what, done, first })
+    let (mut first, mut more) = (Vec::new(), false);
+    // Several edges may join the same vertices.
+    for name in elements.into_iter().map(name) {
+        match first.len() {
+            _ if first.contains(&name) => {}
+            NAMED => {
+                more = true;
+                break;
+            }
+            _ => first.push(name),
+        }
+    }
+    (count > 0).then_some(Oddity { count, what, done, first, more })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_between_the_same_vertices_are_named_once() {
+        // Two edges from vertex 3 to itself, one from 5 to itself.
+        let faces = [vec![0, 1, 2, 3, 3, 3], vec![2, 1, 4, 5, 5]];
+        let mesh = ControlMesh::new(&faces, subsurf::Tags::default()).unwrap();
+        let found = found(&mesh, &Topology::new(&mesh).unwrap());
+        let said: Vec<String> = found.iter().map(Oddity::to_string).collect();
+        assert!(
+            said.contains(&"3 edges with equal ends made infinitely sharp (at vertex 3, at vertex 5)".to_owned()),
+            "{said:?}"
+        );
+    }
 }

@@ -2,9 +2,11 @@
 
 mod lines;
 mod paint;
+mod patch_lines;
 mod rate;
 
 use crate::args::{Choices, Common, Evaluator, MeshArgs, TriangleRule, one_of};
+use crate::baseline::BaselineArgs;
 use crate::console::{Console, print_json};
 use crate::failure::Failure;
 use crate::input::Input;
@@ -27,6 +29,7 @@ Examples:
   subsurf render spot.obj -o icon.png --size 256x256 --background transparent
   subsurf render spot.obj -o back.png --camera \"0,1,-3:0,0.2,0:35\"       from (0,1,-3), looking at (0,0.2,0)
   subsurf render car.obj -o car.png --up z                               for models whose z axis points up
+  subsurf render car.obj -o osd.png --show levels --baseline feature-adaptive    what feature-adaptive refinement needs
 
 Every sample takes the exact normal of the surface where its ray meets it.";
 
@@ -56,6 +59,8 @@ pub struct RenderArgs {
     /// What to show
     #[arg(long, value_name = "WHAT", default_value = "shaded", value_parser = one_of(&Show::ALL))]
     show: Show,
+    #[command(flatten)]
+    baseline: BaselineArgs,
     /// What is behind: gradient, transparent, or a colour as #rrggbb
     #[arg(long, value_name = "COLOUR", default_value = "gradient", value_parser = parse_background)]
     background: Background,
@@ -122,6 +127,9 @@ fn parse_background(text: &str) -> Result<Background, &'static str> {
 
 /// Runs the verb.
 pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    if args.baseline.is_some() && !matches!(args.show, Show::Patches | Show::Levels) {
+        return Err(Failure::Usage("--baseline is for pictures of patches: add --show levels or --show patches"));
+    }
     let output = Output::new(&args.output, common)?;
     output.check_extension("png", |name| Failure::PictureName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
@@ -132,6 +140,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     if table.size().patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
     }
+    let baseline = args.baseline.refine(table.topology(), &input)?;
     let surface = table.surface(&points);
     let rate = rate::for_picture(&table, &points, camera, args.size);
     let options = TessellateOptions {
@@ -147,7 +156,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     console.note(&format_args!("rate {rate}: {} triangles", mesh.triangles.len()));
     let tessellated_s = start.elapsed().as_secs_f64();
 
-    let painter = Painter::new(surface, args.show, &mesh);
+    let painter = Painter::new(surface, args.show, baseline.as_ref(), &mesh);
     let mut overlay = match args.show {
         Show::Wireframe | Show::Patches | Show::Levels => Overlay::wireframe(lines::edge_curves(&surface, rate)),
         Show::Cage => {
@@ -157,6 +166,9 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
         }
         _ => Overlay::default(),
     };
+    if let Some(baseline) = &baseline {
+        overlay.lines.extend(patch_lines::patch_lines(&surface, baseline, rate, camera, args.size));
+    }
     overlay.legend = painter.legend();
     let picture = Options {
         width: args.size[0],

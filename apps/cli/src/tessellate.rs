@@ -35,13 +35,13 @@ pub struct TessellateArgs {
     #[command(flatten)]
     mesh: MeshArgs,
     /// Facets along each side of a quad face (of a triangle under Loop)
-    #[arg(short, long, value_name = "N", group = "rates")]
+    #[arg(short, long, value_name = "N", group = "rates", value_parser = clap::value_parser!(u32).range(1..))]
     rate: Option<u32>,
     /// Largest distance of facets from the surface, in model units
-    #[arg(long, value_name = "T", group = "rates", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", group = "rates", allow_negative_numbers = true, value_parser = parse_length)]
     tolerance: Option<f64>,
     /// Largest length of facet sides, in model units
-    #[arg(long, value_name = "L", group = "rates", allow_negative_numbers = true)]
+    #[arg(long, value_name = "L", group = "rates", allow_negative_numbers = true, value_parser = parse_length)]
     edge_length: Option<f64>,
     /// Where to write: .obj, .ply or .glb, or - for OBJ on standard output
     #[arg(short, long, value_name = "OUT")]
@@ -77,6 +77,11 @@ fn triangles_parser() -> impl TypedValueParser<Value = TrianglesWord> {
         let rule = TRIANGLES.iter().find(|choice| choice.0 == word);
         rule.map_or(TrianglesWord::Facets, |choice| TrianglesWord::Rule(choice.1))
     })
+}
+
+fn parse_length(text: &str) -> Result<f64, &'static str> {
+    let length = text.parse().ok().filter(|length: &f64| *length > 0.0 && length.is_finite());
+    length.ok_or("use a positive number")
 }
 
 impl TessellateArgs {

@@ -26,6 +26,7 @@ pub fn read_obj(source: impl Read, name: &str, options: &ReadOptions) -> Result<
         if line == 1 && (text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff")) {
             return Err(ReadError::Utf16 { name: name.to_owned() });
         }
+        file.last_line = line;
         file.read(text, line).map_err(|source| ReadError::Line { name: name.to_owned(), line, source })?;
     }
     file.finish(name, options)
@@ -42,6 +43,8 @@ struct Statements {
     tags: TagLines,
     lines: SourceLines,
     warnings: Vec<Warning>,
+    /// Number of the last line that is not part of another.
+    last_line: u32,
 }
 
 /// In the indices of a channel: this corner's face has none. Replaced before the file is handed on.
@@ -135,6 +138,10 @@ impl Statements {
 
     /// Makes the mesh and checks what could not be checked before the end of the file.
     fn finish(mut self, name: &str, options: &ReadOptions) -> Result<Scene, ReadError> {
+        if self.sides.is_empty() {
+            let (name, lines, vertices) = (name.to_owned(), self.last_line, self.positions.len());
+            return Err(ReadError::NoFaces { name, lines, vertices });
+        }
         let corners = self.corners.len();
         self.check_range(&self.corners, self.positions.len(), "vertex", name)?;
         self.check_range(&self.texture.indices, self.texture.values.len(), "texture coordinate", name)?;
@@ -388,8 +395,8 @@ mod tests {
     #[test]
     fn a_mesh_that_makes_no_sense_is_refused() {
         let refuse = |text: &str| read_obj(text.as_bytes(), "x", &ReadOptions::default()).unwrap_err();
-        assert!(matches!(refuse("v 0 0 0\n"), ReadError::Mesh { source: MeshError::NoFaces, line: None, .. }));
-        assert!(matches!(refuse("\u{0}"), ReadError::Mesh { source: MeshError::NoFaces, .. }));
+        assert!(matches!(refuse("v 0 0 0\n"), ReadError::NoFaces { lines: 1, vertices: 1, .. }));
+        assert!(matches!(refuse("\u{0}"), ReadError::NoFaces { lines: 1, vertices: 0, .. }));
         let error = refuse(&format!("{TRIANGLE}t hole 1/0/0 0\nt hole 1/0/0 1\n"));
         assert!(matches!(error, ReadError::Mesh { line: Some(6), source: MeshError::HoleOutOfRange { .. }, .. }));
         let utf16 = read_obj(&b"\xff\xfev\0 \0"[..], "x", &ReadOptions::default());

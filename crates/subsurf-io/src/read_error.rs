@@ -51,6 +51,16 @@ pub enum ReadError {
         /// What is wrong with it.
         source: LineError,
     },
+    /// Nothing to subdivide.
+    #[error("{name}: {}", no_faces(*lines, *vertices))]
+    NoFaces {
+        /// The path or name as given.
+        name: String,
+        /// How many lines there are.
+        lines: u32,
+        /// How many vertices they have.
+        vertices: usize,
+    },
     /// The lines are fine, the mesh they make is not.
     #[error("{name}{}: {source}", line.map_or(String::new(), |line| format!(":{line}")))]
     Mesh {
@@ -83,6 +93,15 @@ impl ReadError {
 
     pub(crate) fn unknown_format(path: &Path) -> Self {
         Self::UnknownFormat { name: path.display().to_string() }
+    }
+}
+
+/// What was found instead of faces.
+fn no_faces(lines: u32, vertices: usize) -> String {
+    match (lines, vertices) {
+        (0, _) => "the file is empty; an OBJ file with vertices (v) and faces (f) is needed".to_owned(),
+        (_, 0) => format!("no vertices (v) and no faces (f) in {lines} lines; is this another format than OBJ?"),
+        _ => format!("{vertices} vertices but no faces; at least one (f) is needed"),
     }
 }
 
@@ -201,8 +220,9 @@ mod tests {
         let source = LineError::IndexOutOfRange { what: "vertex", index: 9, count: 8 };
         let error = ReadError::Line { name: "cube.obj".into(), line: 12, source };
         assert_eq!(error.to_string(), "cube.obj:12: a face names vertex 9, but there are 8");
-        let error = ReadError::Mesh { name: "cube.obj".into(), line: None, source: MeshError::NoFaces };
-        assert_eq!(error.to_string(), "cube.obj: the mesh has no faces; at least one is needed");
+        let source = MeshError::CreaseNotOnEdge { crease: 1, a: 0, b: 2 };
+        let error = ReadError::Mesh { name: "cube.obj".into(), line: None, source };
+        assert_eq!(error.to_string(), "cube.obj: crease 1 names vertices 0 and 2, but no edge joins them");
     }
 
     #[test]

@@ -15,6 +15,9 @@
 //!
 //! A [`Channel`] holds face-varying (or varying) values over the same faces; it is refined by 3 and evaluated by 4 to 6.
 //!
+//! Beside it, [`StencilTable`] and [`LimitStencilTable`] tabulate refined and limit points as weighted sums of control
+//! points, for connectivity that stays and attributes that change.
+//!
 //! ```
 //! use subsurf::{ControlMesh, Crease, Location, PatchTable, Scheme, Tags};
 //!
@@ -39,28 +42,38 @@
 
 #![forbid(unsafe_code)]
 
+mod adaptive;
 mod channel;
 mod index;
 mod limit;
 mod mask;
 mod mesh;
+mod ptex;
 mod real;
 mod refine;
 mod scheme;
 pub mod shapes;
 mod sharpness;
+mod stencil;
 mod tags;
 mod tessellate;
 mod topology;
 mod triangulate;
 
+pub use adaptive::{
+    AdaptiveError, AdaptiveKind, AdaptiveOptions, AdaptivePatch, AdaptiveRefinement, AdaptiveSize, MAX_ISOLATION,
+};
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
+pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
+pub use stencil::{
+    Dependents, LimitStencilOptions, LimitStencilTable, Orders, Part, StencilError, StencilOptions, StencilTable,
+};
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{
     FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,

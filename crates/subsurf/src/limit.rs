@@ -25,11 +25,12 @@ pub(crate) use jet::unit_normal;
 pub use jet::{Curvature, Derivatives, Jet, Location};
 pub use patch_table::{PatchTable, TableSize};
 pub use plan::PatchKind;
+pub(crate) use plan_key::KeyHasher;
+pub(crate) use special::AtVertex;
 pub use special::Method;
 
 use crate::real::{Real, add_scaled};
-use crate::scheme::SplitKind;
-use plan::RingWeights;
+pub(crate) use plan::RingWeights;
 
 /// A patch table with control points: cheap to make, once per animation frame.
 ///
@@ -83,12 +84,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     }
 
     fn weights(&self, at: Location, count: usize) -> Option<(usize, RingWeights)> {
-        let inside = |x: f64| (0.0..=1.0).contains(&x);
-        assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
-        // The sum of two parameters on the third side may round up.
-        let beyond = self.table.scheme().split() == SplitKind::Triangles && at.u + at.v > 1.0 + 4.0 * f64::EPSILON;
-        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", at.u, at.v);
-        let patch = self.table.patch(at.face, at.subface);
+        let patch = self.table.checked_patch(at);
         let plan = self.table.patch_plan(patch)?;
         Some((patch, self.table.plan(plan).weights(at.u, at.v, self.table.turn(patch), count)))
     }

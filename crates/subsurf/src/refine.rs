@@ -45,6 +45,11 @@ impl Level {
         &self.topology
     }
 
+    /// The scheme that refines it.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
     /// How many refinements lie behind.
     pub fn depth(&self) -> u32 {
         self.depth
@@ -55,6 +60,12 @@ impl Level {
     /// # Errors
     /// [`MeshError::TooLarge`] where it would overflow 32-bit indices.
     pub fn refine(&self) -> Result<Self, MeshError> {
+        self.check_child()?;
+        Ok(Self { topology: refined(&self.topology, self.scheme), scheme: self.scheme, depth: self.depth + 1 })
+    }
+
+    /// Refuses to go on where the next level would overflow 32-bit indices.
+    pub(crate) fn check_child(&self) -> Result<(), MeshError> {
         let t = &self.topology;
         let (face_points, inside) = match self.scheme.split() {
             SplitKind::Quads => (t.face_count(), t.half_edge_count()),
@@ -70,7 +81,7 @@ impl Level {
                 return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
             }
         }
-        Ok(Self { topology: refined(t, self.scheme), scheme: self.scheme, depth: self.depth + 1 })
+        Ok(())
     }
 
     /// The next level's values from this level's, one row per vertex. Sums are formed in `f64`.

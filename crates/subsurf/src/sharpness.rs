@@ -11,7 +11,8 @@ pub(crate) fn decay(s: f64) -> f64 {
     if s >= INFINITE_SHARPNESS { INFINITE_SHARPNESS } else { (s - 1.0).max(0.0) }
 }
 
-fn is_semi_sharp(s: f64) -> bool {
+/// True for what decays in the end.
+pub(crate) fn is_semi_sharp(s: f64) -> bool {
     s > 0.0 && s < INFINITE_SHARPNESS
 }
 
@@ -34,7 +35,13 @@ fn chaikin_or_uniform(t: &Topology, v: Vertex, s: f64) -> f64 {
         count += 1;
         sum += other;
     }
-    if count < 2 {
+    half_among(Creasing::Chaikin, s, count, sum)
+}
+
+/// Sharpness of an edge's half at an end where `count` edges are semi-sharp and `sum` is their total, the edge's own `s`
+/// included.
+pub(crate) fn half_among(creasing: Creasing, s: f64, count: u32, sum: f64) -> f64 {
+    if creasing == Creasing::Uniform || !is_semi_sharp(s) || count < 2 {
         return decay(s);
     }
     (0.75 * s + 0.25 * (sum - s) / f64::from(count - 1) - 1.0).max(0.0)

@@ -4,6 +4,7 @@
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
 mod channel;
+mod faceted;
 mod facets;
 mod layout;
 mod normals;
@@ -12,7 +13,8 @@ mod sample;
 
 use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
-use crate::real::Real;
+use crate::real::{Real, round};
+use crate::scheme::Scheme;
 pub use channel::TessellatedChannel;
 use layout::{Layout, PatchRates};
 use rayon::prelude::*;
@@ -81,8 +83,8 @@ pub struct Tessellation<T> {
     pub face_offsets: Vec<u32>,
     /// Points of all facets, counter-clockwise.
     pub corners: Vec<u32>,
-    /// Unit normals: one per point, then further ones for the other sides of infinitely sharp creases. Empty if they
-    /// were not asked for.
+    /// Unit normals: one per point, then further ones for the other sides of infinitely sharp creases. Under bilinear
+    /// subdivision, where all edges are sharp, those of one patch after the other. Empty if they were not asked for.
     pub normals: Vec<[T; 3]>,
     /// Normal of every facet corner; empty where normals go by the same indices as points.
     pub normal_corners: Vec<u32>,
@@ -146,16 +148,17 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         let rates = rates::choose(self, options.rates, options.most_points)?;
         let layout = Layout::new(self.table(), rates);
         layout.check(options.most_points)?;
-        let sides =
-            if options.normals { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
-        let sampler = Sampler::new(*self, &layout, options.normals.then_some(NormalOf::SPACE));
+        let faceted = options.normals && self.table().scheme() == Scheme::Bilinear;
+        let shared = options.normals && !faceted;
+        let sides = if shared { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
+        let sampler = Sampler::new(*self, &layout, shared.then_some(NormalOf::SPACE));
 
         let mut positions = vec![[T::default(); 3]; layout.points()];
-        let mut normals = vec![[T::default(); 3]; if options.normals { layout.points() + sides.extra() } else { 0 }];
+        let mut normals = vec![[T::default(); 3]; if shared { layout.points() + sides.extra() } else { 0 }];
         let (vertex_points, rest) = positions.split_at_mut(layout.vertices());
         let (edge_points, face_points) = rest.split_at_mut(layout.edge_points());
         let mut normal_parts: [&mut [[T; 3]]; 4] = Default::default();
-        if options.normals {
+        if shared {
             let (a, rest) = normals.split_at_mut(layout.vertices());
             let (b, rest) = rest.split_at_mut(layout.edge_points());
             let (c, d) = rest.split_at_mut(layout.face_points());
@@ -167,10 +170,11 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         sampler.faces(face_points, face_normals);
         sampler.extra_normals(&sides, extra_normals);
 
+        let with_places = TessellateOptions { places: options.places || faceted, ..*options };
         let chunks: Vec<facets::FacetList> = layout
             .face_chunks()
             .into_par_iter()
-            .map(|faces| facets::of_faces(self.table(), &layout, &sides, faces, options))
+            .map(|faces| facets::of_faces(self.table(), &layout, &sides, faces, &with_places))
             .collect();
         let corners: u64 = chunks.iter().map(|c| c.corners.len() as u64).sum();
         if corners > MAX_COUNT as u64 {
@@ -186,6 +190,12 @@ impl<T: Real> LimitSurface<'_, T, 3> {
             rates: PatchRates::default(),
             facets: options.facets,
         };
+        if faceted {
+            let own = faceted::PatchNormals::of(&chunks);
+            let sampler = Sampler::new(*self, &layout, Some(NormalOf::SPACE));
+            out.normals = own.sources.par_iter().map(|&at| round(sampler.normal(at))).collect();
+            out.normal_corners = own.corners;
+        }
         for chunk in chunks {
             let base = out.corners.len() as u32;
             out.face_offsets.extend(chunk.ends.iter().map(|end| base + end));

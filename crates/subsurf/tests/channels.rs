@@ -6,8 +6,8 @@ use random_mesh::{Mesh, for_all, recipe};
 use std::collections::HashMap;
 use subsurf::shapes;
 use subsurf::{
-    Channel, ChannelError, ControlMesh, Creasing, Derivatives, Face, FaceVarying, Facets, HalfEdge, Level, Location,
-    PatchTable, Rates, Rules, Scheme, TessellateOptions, Topology, Vertex,
+    Channel, ChannelError, ControlMesh, Creasing, Derivatives, Face, FaceVarying, Facets, HalfEdge, Level,
+    LimitStencilTable, Location, PatchTable, Rates, Rules, Scheme, StencilTable, TessellateOptions, Topology, Vertex,
 };
 
 const RULES: [FaceVarying; 6] = [
@@ -359,6 +359,37 @@ fn tessellated_channels_hold_the_limit_at_every_facet_corner() {
                     // Shared samples are evaluated by one face for all.
                     require(off < 1e-13, || format!("{rule:?} {at:?}: {q:?} for {p:?}"))?;
                 }
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn stencils_of_a_channel_are_its_refinement_and_its_limit() {
+    everywhere(25, |mesh, scheme, _, seed| {
+        let (corners, values) = random_seams(mesh, seed);
+        let base = Level::new(mesh, scheme).map_err(|e| e.to_string())?;
+        for rule in RULES {
+            let channel = channel(base.topology(), scheme, values.len(), &corners, rule);
+            let (rows, table) = (channel.rows(&values), channel.patch_table().unwrap());
+            let level = channel.level();
+            let one = level.refine().unwrap();
+            let refined = one.refine_values(&level.refine_values(&rows));
+            let stencils = StencilTable::<f64>::new(&level, 2).unwrap().apply(&rows);
+            require(stencils.len() == refined.len(), || format!("{rule:?}: {} rows", stencils.len()))?;
+            for (v, (a, b)) in stencils.iter().zip(&refined).enumerate() {
+                let off = (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
+                // Rounding of two levels, on values below 1.
+                require(off < 1e-14, || format!("{rule:?}, value {v}: off by {off:.1e}"))?;
+            }
+            let faces = (0..mesh.face_count() as u32).filter(|&f| !base.topology().is_hole(Face(f)));
+            let places: Vec<Location> = faces.map(|f| Location::new(f, 0.3, 0.6)).collect();
+            let limits = LimitStencilTable::<f64>::new(&table, &places).unwrap().positions(&rows);
+            for (at, limit) in places.iter().zip(limits) {
+                let own = table.surface(&rows).position(*at).unwrap();
+                let off = (limit[0] - own[0]).abs() + (limit[1] - own[1]).abs();
+                require(off < 1e-14, || format!("{rule:?} {at:?}: off by {off:.1e}"))?;
             }
         }
         Ok(())

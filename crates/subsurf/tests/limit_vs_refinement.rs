@@ -3,7 +3,7 @@
 mod brute_force;
 mod random_mesh;
 
-use brute_force::{Worst, check};
+use brute_force::compare::{Worst, check};
 use random_mesh::{Recipe, for_all, random_points, recipe};
 use std::collections::HashSet;
 use subsurf::shapes::Shape;

@@ -4,7 +4,7 @@
 mod brute_force;
 mod random_mesh;
 
-use brute_force::{Worst, check};
+use brute_force::compare::{Worst, check};
 use random_mesh::{for_all, triangle_recipe};
 use std::collections::BTreeSet;
 use subsurf::shapes::Shape;

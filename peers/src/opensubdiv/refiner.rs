@@ -30,7 +30,7 @@ pub(super) struct PeerShape {
 }
 
 #[repr(C)]
-pub(super) struct PeerRefiner {
+pub(crate) struct PeerRefiner {
     _opaque: [u8; 0],
 }
 
@@ -153,7 +153,7 @@ pub(super) fn or_error<T>(shape: &Shape, call: impl FnOnce(*mut c_char, c_int) -
     })
 }
 
-pub(super) struct Refiner(pub(super) *mut PeerRefiner);
+pub(crate) struct Refiner(pub(crate) *mut PeerRefiner);
 
 impl Drop for Refiner {
     fn drop(&mut self) {
@@ -163,7 +163,7 @@ impl Drop for Refiner {
 }
 
 impl Refiner {
-    pub(super) fn new(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Self, String> {
+    pub(crate) fn new(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Self, String> {
         assert!(levels < 16, "OpenSubdiv stores the level in four bits");
         let c = CShape::new(shape);
         let faces_first = (order == VertexOrder::FacesFirst) as c_int;

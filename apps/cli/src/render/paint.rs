@@ -1,28 +1,41 @@
 //! Normals and colours of the limit surface, exact at every sample.
 
+use crate::baseline;
 use rayon::prelude::*;
-use subsurf::{Face, LimitSurface, Location, PatchKind, Scheme};
+use subsurf::{AdaptiveRefinement, Face, LimitSurface, Location, PatchKind, Scheme};
 use subsurf_render::{Legend, RenderMesh, Show, SurfaceAt, SurfacePoint, SurfaceShader, palette};
 
 /// What the renderer asks.
 pub struct Painter<'a> {
     surface: LimitSurface<'a, f32, 3>,
     show: Show,
-    /// How many explicit levels the patch trees have, the face itself included.
+    /// Whose patches are shown instead of ours.
+    baseline: Option<&'a AdaptiveRefinement>,
+    /// How many levels there are: of the baseline, or of the patch trees, the face itself included.
     levels: usize,
 }
 
-/// Kinds of patches in the order of their colours.
+/// Kinds of our patches in the order of their colours.
 const KINDS: [(PatchKind, &str); 3] = [
     (PatchKind::Regular, "regular"),
     (PatchKind::SingleCrease, "single crease"),
     (PatchKind::Special, "special vertex"),
 ];
 
+/// Colours of the baseline's kinds: those of ours, and one more for boundaries.
+const BASELINE_COLORS: [usize; 4] = [0, 4, 1, 2];
+
 impl<'a> Painter<'a> {
-    pub fn new(surface: LimitSurface<'a, f32, 3>, show: Show, mesh: &RenderMesh) -> Self {
-        let mut painter = Self { surface, show, levels: 1 };
-        if show == Show::Levels {
+    pub fn new(
+        surface: LimitSurface<'a, f32, 3>,
+        show: Show,
+        baseline: Option<&'a AdaptiveRefinement>,
+        mesh: &RenderMesh,
+    ) -> Self {
+        let mut painter = Self { surface, show, baseline, levels: 1 };
+        if let Some(baseline) = baseline {
+            painter.levels = baseline.counts().len();
+        } else if show == Show::Levels {
             let level = |t: &subsurf_render::RenderTriangle| {
                 let [u, v] = [0, 1].map(|i| t.uv.iter().map(|uv| f64::from(uv[i])).sum::<f64>() / 3.0);
                 painter.patch(t.face, t.subface, u, v).map_or(0, |(_, level)| level as usize)
@@ -34,9 +47,17 @@ impl<'a> Painter<'a> {
 
     /// What the colours mean.
     pub fn legend(&self) -> Option<Legend> {
-        let entries = match self.show {
-            Show::Patches => (0..KINDS.len()).map(|i| (palette::category(i), KINDS[i].1.to_owned())).collect(),
-            Show::Levels => (0..self.levels).map(|i| (palette::level(i, self.levels), format!("level {i}"))).collect(),
+        let entries = match (self.show, self.baseline) {
+            (Show::Patches, Some(baseline)) => {
+                let counts = baseline.counts();
+                let occurs = |kind: &usize| counts.iter().any(|level| level[*kind] > 0);
+                let entry = |kind: usize| (palette::category(BASELINE_COLORS[kind]), baseline::KINDS[kind].to_owned());
+                (0..BASELINE_COLORS.len()).filter(occurs).map(entry).collect()
+            }
+            (Show::Patches, None) => (0..KINDS.len()).map(|i| (palette::category(i), KINDS[i].1.to_owned())).collect(),
+            (Show::Levels, _) => {
+                (0..self.levels).map(|i| (palette::level(i, self.levels), format!("level {i}"))).collect()
+            }
             _ => return None,
         };
         Some(Legend { entries })
@@ -49,9 +70,15 @@ impl<'a> Painter<'a> {
         [u / beyond, v / beyond]
     }
 
-    fn patch(&self, face: u32, subface: u32, u: f64, v: f64) -> Option<(PatchKind, u32)> {
+    /// Number of the colour of the patch's kind, and its level.
+    fn patch(&self, face: u32, subface: u32, u: f64, v: f64) -> Option<(usize, u32)> {
+        if let Some(baseline) = self.baseline {
+            let patch = baseline.patch_at(Location { face: Face(face), subface, u, v })?;
+            return Some((BASELINE_COLORS[patch.kind as usize], patch.level));
+        }
         let table = self.surface.table();
-        table.patch_kind(table.patch(Face(face), subface), u, v)
+        let (kind, level) = table.patch_kind(table.patch(Face(face), subface), u, v)?;
+        Some((KINDS.iter().position(|known| known.0 == kind).unwrap_or(KINDS.len()), level))
     }
 }
 
@@ -67,13 +94,12 @@ impl SurfaceShader for Painter<'_> {
         }
         let SurfaceAt { face, subface, u, v, .. } = point.at;
         let [u, v] = self.inside(u, v);
-        let Some((kind, level)) = self.patch(face, subface, u, v) else {
+        let Some((color, level)) = self.patch(face, subface, u, v) else {
             return palette::clay();
         };
         if self.show == Show::Levels {
             return palette::level(level as usize, self.levels);
         }
-        let index = KINDS.iter().position(|known| known.0 == kind).unwrap_or(KINDS.len());
-        palette::category(index)
+        palette::category(color)
     }
 }

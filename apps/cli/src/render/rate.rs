@@ -38,7 +38,7 @@ pub fn mean_px(edges: &[[u32; 2]], points: &[[f32; 3]], camera: Camera, size: [u
 }
 
 /// Length of a segment in the picture if it lay across the view.
-fn length_px(view: &View, height: f64, ends: [[f32; 3]; 2]) -> f64 {
+pub fn length_px(view: &View, height: f64, ends: [[f32; 3]; 2]) -> f64 {
     let [a, b] = ends.map(|p| p.map(f64::from));
     let subtract = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

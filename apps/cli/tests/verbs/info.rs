@@ -88,3 +88,27 @@ fn a_pole_too_large_for_a_patch_table_is_still_described() {
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!((&json["faces"], &json["plans"]), (&20_000.into(), &serde_json::Value::Null));
 }
+
+#[test]
+fn the_baseline_is_counted_on_request_and_costs_less_with_single_crease_patches() {
+    let folder = Folder::new();
+    let info = |args: &str| folder.run(&format!("info {} --json {args}", data("tagged_sheet.obj"))).done().json();
+    assert!(info("")["baseline"].is_null());
+    let patches = |which: &str, isolation: u32| {
+        let baseline = &info(&format!("--baseline {which} --isolation {isolation}"))["baseline"];
+        assert_eq!((&baseline["baseline"], &baseline["isolation"]), (&which.into(), &isolation.into()));
+        let kinds = baseline["kinds"].as_object().unwrap().values().map(|n| n.as_u64().unwrap());
+        let levels = baseline["levels"].as_array().unwrap();
+        let by_level =
+            levels.iter().flat_map(|l| l["patches"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()));
+        let total = baseline["patches"].as_u64().unwrap();
+        assert_eq!([kinds.sum::<u64>(), by_level.sum()], [total; 2]);
+        total
+    };
+    assert!(patches("feature-adaptive-single-crease", 3) <= patches("feature-adaptive", 3));
+    assert!(patches("feature-adaptive", 3) < patches("feature-adaptive", 6));
+    let text = folder.run(&format!("info {} --baseline feature-adaptive", data("cube.obj"))).done().stdout;
+    assert!(text.contains("feature-adaptive, isolation level 4"), "{text}");
+    // Four corners of each of six faces, all of valence 3.
+    assert!(text.contains("24 end cap"), "{text}");
+}

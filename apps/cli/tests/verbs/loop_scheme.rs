@@ -120,7 +120,7 @@ fn faces_that_are_no_triangles_are_refused_by_face_and_line() {
         "render -o out.png",
     ] {
         let run = folder.run(&format!("{verb} bad.obj --scheme loop -q"));
-        run.failed(&["bad.obj:9: ", "face 2 has 4 corners", "triangulate it, or use Catmull-Clark"]);
+        run.failed(&["bad.obj:9: ", "face 2 has 4 corners", "--split-polygons"]);
         assert_eq!(folder.names(), ["at.csv", "bad.obj"]);
     }
 }
@@ -131,4 +131,32 @@ fn a_level_beyond_32_bits_is_refused_at_once() {
     folder
         .run(&format!("refine {} -l 40 -o out.obj --scheme loop", data("octahedron.obj")))
         .failed(&["level 14", "corners"]);
+}
+
+/// A quad that is shorter from its second corner to its fourth, a triangle beside it and a pentagon hole, with textures.
+const POLYGONS: &str = "v 0 0 0\nv 1 0 0\nv 3 2 0\nv 0 1 0\nv 2 -1 0\nv -1 3 0\nv -2 1 0\nv -1 0 0\n\
+    vt 0 0\nvt 0.1 0\nvt 0.2 0\nvt 0.3 0\n\
+    f 1/1 2/2 3/3 4/4\nf 2/2 5/1 3/3\nf 1/1 4/2 6/3 7/4 8/1\n\
+    t crease 2/1/0 1 2 2.5\nt hole 1/0/0 2\n";
+
+#[test]
+fn polygons_are_split_with_their_tags_and_texture_coordinates() {
+    let folder = Folder::new();
+    folder.write("in.obj", POLYGONS);
+    folder.run("refine in.obj -l 0 -o out.obj --scheme loop --split-polygons --precision f64 -q").done();
+    let scene = mesh(&folder.text("out.obj"));
+    let faces: Vec<&[u32]> = scene.mesh.faces().collect();
+    assert_eq!(faces[..3], [[1, 2, 3], [0, 1, 3], [1, 4, 2]]);
+    assert_eq!((faces.len(), &scene.mesh.tags().holes[..]), (6, &[3, 4, 5][..]));
+    assert!(scene.mesh.tags().creases.iter().any(|c| c.vertices == [1, 2] && c.sharpness == 2.5));
+    let json = folder.run("info in.obj --scheme loop --split-polygons --json").done().json();
+    assert_eq!((&json["faces"], &json["patches"]), (&6.into(), &3.into()));
+    folder.write("at.csv", "face,subface,u,v\n1,0,0.25,0.5\n");
+    for verb in [
+        "tessellate in.obj -r 3 -o out.glb",
+        "eval in.obj --at at.csv -o out.csv",
+        "render in.obj -o out.png --size 48x32 --samples 1",
+    ] {
+        folder.run(&format!("{verb} --scheme loop --split-polygons")).done();
+    }
 }

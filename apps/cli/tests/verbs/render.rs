@@ -24,6 +24,24 @@ fn everything_that_can_be_shown_gives_a_picture_of_its_own() {
 }
 
 #[test]
+fn a_baseline_has_pictures_of_its_own() {
+    let folder = Folder::new();
+    for (mesh, scheme) in [("tagged_sheet.obj", "catmull-clark"), ("octahedron.obj", "loop")] {
+        let mut pictures = Vec::new();
+        for show in ["levels", "patches"] {
+            for baseline in ["", "--baseline feature-adaptive"] {
+                let args = format!("--scheme {scheme} --show {show} {baseline} {SMALL}");
+                folder.run(&format!("render {} -o out.png {args}", data(mesh))).done();
+                pictures.push(folder.read("out.png"));
+            }
+        }
+        pictures.sort();
+        pictures.dedup();
+        assert_eq!(pictures.len(), 4, "{mesh}");
+    }
+}
+
+#[test]
 fn cameras_backgrounds_and_json() {
     let folder = Folder::new();
     let mesh = data("mixed_faces.obj");

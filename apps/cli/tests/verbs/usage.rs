@@ -22,6 +22,15 @@ fn wrong_usage_has_status_2_and_leaves_standard_output_alone() {
         format!("tessellate {cube} -o out.obj"),
         format!("tessellate {cube} -r 2 --tolerance 1 -o out.obj"),
         format!("tessellate {cube} -r x -o out.obj"),
+        format!("tessellate {cube} -r 0 -o out.obj"),
+        format!("tessellate {cube} -r -1 -o out.obj"),
+        format!("tessellate {cube} --tolerance 0 -o out.obj"),
+        format!("tessellate {cube} --tolerance -1 -o out.obj"),
+        format!("tessellate {cube} --tolerance nan -o out.obj"),
+        format!("tessellate {cube} --edge-length inf -o out.obj"),
+        format!("tessellate {cube} --edge-length 1e999 -o out.obj"),
+        format!("info {cube} --split-polygons"),
+        format!("info {cube} --scheme bilinear --split-polygons"),
         format!("eval {cube} -o out.csv"),
         "eval - --at - -o out.csv".into(),
         format!("render {cube}"),
@@ -31,6 +40,10 @@ fn wrong_usage_has_status_2_and_leaves_standard_output_alone() {
         format!("render {cube} -o out.png --camera 1,2"),
         format!("render {cube} -o out.png --show nothing"),
         format!("render {cube} -o out.png --background red"),
+        format!("render {cube} -o out.png --baseline feature-adaptive"),
+        format!("render {cube} -o out.png --show levels --baseline octree"),
+        format!("info {cube} --isolation 4"),
+        format!("info {cube} --baseline feature-adaptive --isolation 11"),
     ] {
         let run = folder.run(&args);
         assert_eq!(run.status, 2, "{args}: {}{}", run.stdout, run.stderr);

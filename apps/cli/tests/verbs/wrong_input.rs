@@ -8,8 +8,10 @@ const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 #[test]
 fn bad_meshes_are_refused_by_name_and_line_and_leave_nothing() {
     let cases = [
-        ("empty", String::new(), "bad.obj: ", "no faces"),
-        ("vertices only", "v 0 0 0\n".into(), "bad.obj: ", "no faces"),
+        ("empty", String::new(), "bad.obj: ", "the file is empty"),
+        ("blank", "# a comment\n\n".into(), "bad.obj: ", "no vertices (v) and no faces"),
+        ("vertices only", "v 0 0 0\nv 1 0 0\n".into(), "bad.obj: ", "2 vertices but no faces"),
+        ("another format", "solid box\nfacet normal 0 0 1\n".into(), "bad.obj: ", "no vertices (v) and no faces"),
         ("truncated number", QUAD.replace("v 0 1 0\nf 1 2 3 4\n", "v 0 1"), "bad.obj:4: ", "cut off"),
         ("truncated face", QUAD.replace(" 3 4\n", ""), "bad.obj:5: ", "at least 3"),
         ("face of two", QUAD.to_owned() + "f 1 2\n", "bad.obj:6: ", "at least 3"),
@@ -29,7 +31,7 @@ fn bad_meshes_are_refused_by_name_and_line_and_leave_nothing() {
         ("hole off the mesh", QUAD.to_owned() + "t hole 1/0/0 1\n", "bad.obj:6: ", "1"),
         ("2^31 tag values", QUAD.to_owned() + "t hole 2147483648/0/0 0\n", "bad.obj:6: ", "2147483648"),
         ("words for numbers", "v a b c\n".into(), "bad.obj:1: ", "`a`"),
-        ("no text", "\u{0}\u{1}\u{2}".into(), "bad.obj: ", "no faces"),
+        ("no text", "\u{0}\u{1}\u{2}".into(), "bad.obj: ", "no vertices (v) and no faces"),
     ];
     let folder = Folder::new();
     folder.write("at.csv", "face,subface,u,v\n0,0,0,0\n");
@@ -95,12 +97,6 @@ fn sizes_beyond_all_bounds_are_refused_at_once() {
     folder.run(&format!("refine {cube} -l 15 -o out.obj")).failed(&["cube.obj", "level 14", "corners"]);
     folder.run(&format!("refine {cube} -l 4294967295 -o out.obj")).failed(&["level 14"]);
     folder.run(&format!("tessellate {cube} -r 4294967295 -o out.obj")).failed(&["cube.obj"]);
-    folder.run(&format!("tessellate {cube} -r 0 -o out.obj")).failed(&["at least 1"]);
-    for value in ["0", "-1", "nan", "inf"] {
-        let run = folder.run(&format!("tessellate {cube} --tolerance {value} -o out.obj"));
-        run.failed(&["cube.obj", "tolerance"]);
-        folder.run(&format!("tessellate {cube} --edge-length {value} -o out.obj")).failed(&["edge length"]);
-    }
     assert!(folder.names().is_empty());
 }
 

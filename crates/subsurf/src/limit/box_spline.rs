@@ -105,35 +105,47 @@ const TERMS: [&[(f64, u8, u8, u8)]; 12] = [
     &[(1.0, 0, 0, 4), (2.0, 0, 1, 3)],
 ];
 
-/// `x^p` and its first and second derivative factors: `[x^p, p x^(p-1), p (p-1) x^(p-2)]`.
-fn powers(x: f64, p: u8) -> [f64; 3] {
-    let at = |k: i32| if k < 0 { 0.0 } else { x.powi(k) };
-    let q = i32::from(p);
-    [at(q), f64::from(p) * at(q - 1), f64::from(p) * (f64::from(p) - 1.0) * at(q - 2)]
+/// `x^p` for p from 0 to 4, each with its first and second derivative.
+fn powers(x: f64) -> [[f64; 3]; 5] {
+    let (x2, x3) = (x * x, x * x * x);
+    [[1.0, 0.0, 0.0], [x, 1.0, 0.0], [x2, 2.0 * x, 2.0], [x3, 3.0 * x2, 6.0 * x], [x2 * x2, 4.0 * x3, 12.0 * x2]]
 }
 
 /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) over the 12 control points; the last
 /// four places stay zero.
 pub(crate) fn basis(u: f64, v: f64, count: usize) -> [[f64; 16]; 6] {
-    let w = (1.0 - u) - v;
     let mut out = [[0.0; 16]; 6];
-    for (k, terms) in TERMS.iter().enumerate() {
-        for &(c, i, j, l) in *terms {
-            let (w, u, v) = (powers(w, i), powers(u, j), powers(v, l));
-            let c = c / 12.0;
-            out[0][k] += c * w[0] * u[0] * v[0];
-            if count > 1 {
-                out[1][k] += c * (w[0] * u[1] - w[1] * u[0]) * v[0];
-                out[2][k] += c * (w[0] * v[1] - w[1] * v[0]) * u[0];
-            }
-            if count > 3 {
-                out[3][k] += c * (w[2] * u[0] - 2.0 * w[1] * u[1] + w[0] * u[2]) * v[0];
-                out[4][k] += c * (w[2] * u[0] * v[0] - w[1] * (u[1] * v[0] + u[0] * v[1]) + w[0] * u[1] * v[1]);
-                out[5][k] += c * (w[2] * v[0] - 2.0 * w[1] * v[1] + w[0] * v[2]) * u[0];
-            }
-        }
+    let powers = [(1.0 - u) - v, u, v].map(powers);
+    for k in 0..TERMS.len() {
+        add_function(k, &powers, count, &mut out);
     }
     out
+}
+
+/// The same for the functions in `some` alone; those of the others stay zero.
+pub(crate) fn some_of_basis(some: &[usize], u: f64, v: f64, count: usize) -> [[f64; 16]; 6] {
+    let mut out = [[0.0; 16]; 6];
+    let powers = [(1.0 - u) - v, u, v].map(powers);
+    some.iter().for_each(|&k| add_function(k, &powers, count, &mut out));
+    out
+}
+
+/// Adds function `k` from the powers of `w`, `u`, `v`.
+fn add_function(k: usize, [w, u, v]: &[[[f64; 3]; 5]; 3], count: usize, out: &mut [[f64; 16]; 6]) {
+    for &(c, i, j, l) in TERMS[k] {
+        let (w, u, v) = (&w[usize::from(i)], &u[usize::from(j)], &v[usize::from(l)]);
+        let c = c / 12.0;
+        out[0][k] += c * w[0] * u[0] * v[0];
+        if count > 1 {
+            out[1][k] += c * (w[0] * u[1] - w[1] * u[0]) * v[0];
+            out[2][k] += c * (w[0] * v[1] - w[1] * v[0]) * u[0];
+        }
+        if count > 3 {
+            out[3][k] += c * (w[2] * u[0] - 2.0 * w[1] * u[1] + w[0] * u[2]) * v[0];
+            out[4][k] += c * (w[2] * u[0] * v[0] - w[1] * (u[1] * v[0] + u[0] * v[1]) + w[0] * u[1] * v[1]);
+            out[5][k] += c * (w[2] * v[0] - 2.0 * w[1] * v[1] + w[0] * v[2]) * u[0];
+        }
+    }
 }
 
 #[cfg(test)]

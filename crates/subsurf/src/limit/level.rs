@@ -1,7 +1,7 @@
 //! Limit points of the vertices of a refinement level: the level's vertices are places on the surface, and the surface
 //! is evaluated there. So features that are still semi-sharp at that level are exact too.
 
-use super::{LimitSurface, Location};
+use super::{LimitSurface, Location, PatchTable};
 use crate::index::{Face, HalfEdge};
 use crate::real::{Real, round};
 use crate::refine::Level;
@@ -17,18 +17,20 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     pub fn limit_of_level(&self, level: &Level, values: &[[T; N]]) -> Vec<[T; N]> {
         let fine = level.topology();
         assert_eq!(values.len(), fine.vertex_count(), "one value per vertex of the level");
-        let places = self.places_of_level(level);
+        let places = self.table.places_of_level(level);
         places
             .par_iter()
             .zip(values)
             .map(|(place, &value)| place.and_then(|at| self.position(at)).map_or(value, round))
             .collect()
     }
+}
 
+impl PatchTable {
     /// Where every vertex of `level` lies, as the first of its faces outside holes sees it.
-    fn places_of_level(&self, level: &Level) -> Vec<Option<Location>> {
-        let (coarse, fine) = (self.table.topology(), level.topology());
-        let split = self.table.scheme().split();
+    pub(crate) fn places_of_level(&self, level: &Level) -> Vec<Option<Location>> {
+        let (coarse, fine) = (self.topology(), level.topology());
+        let split = self.scheme().split();
         let faces = match level.depth() {
             depth if split == SplitKind::Triangles => coarse.face_count() << (2 * depth),
             0 => coarse.face_count(),
@@ -50,11 +52,11 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
 
     /// Where corner `corner` of face `f` of the level of depth `depth` lies.
     fn place(&self, f: Face, corner: usize, depth: u32) -> Location {
-        let t = self.table.topology();
+        let t = self.topology();
         if depth == 0 {
-            return self.table.corner_location(t.half_edge(f, corner));
+            return self.corner_location(t.half_edge(f, corner));
         }
-        if self.table.scheme().split() == SplitKind::Triangles {
+        if self.scheme().split() == SplitKind::Triangles {
             return triangle_place(f, corner, depth);
         }
         // A face's number is, level by level, four times its parent's plus the corner it sits at.
@@ -108,7 +110,6 @@ pub(super) fn triangle_place(f: Face, corner: usize, depth: u32) -> Location {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limit::PatchTable;
     use crate::scheme::Scheme;
     use crate::shapes;
 

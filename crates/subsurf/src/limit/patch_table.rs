@@ -5,7 +5,7 @@
 use super::plan::{PatchKind, Plan, Plans, SpecialVertices};
 use super::plan_key::{Key, Keys, canonical_corner};
 use super::special::Method;
-use crate::index::{Face, HalfEdge};
+use crate::index::{Face, HalfEdge, Vertex};
 use crate::limit::{LimitSurface, Location};
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
 use crate::real::Real;
@@ -96,9 +96,11 @@ impl PatchTable {
         }
         check_rings(&topology, face_patch[faces] as usize)?;
         let specials = SpecialVertices::new(method);
+        let plain: Vec<bool> =
+            (0..topology.vertex_count() as u32).into_par_iter().map(|v| is_plain(&topology, Vertex(v))).collect();
         let gathered: Vec<Gathered> = (0..faces.div_ceil(CHUNK))
             .into_par_iter()
-            .map(|chunk| Gathered::of_chunk(&topology, whole, chunk))
+            .map(|chunk| Gathered::of_chunk(&topology, whole, &plain, chunk))
             .collect();
         let merged = Merged::new(gathered)?;
         let plans = Plans::compile(&topology, &merged.representatives, merged.known, scheme, &specials);
@@ -150,6 +152,19 @@ impl PatchTable {
     pub fn patch(&self, face: Face, subface: u32) -> usize {
         assert!(subface < self.subfaces(face), "face {face} has no sub-face {subface}");
         (self.face_patch[face.index()] + subface) as usize
+    }
+
+    /// The patch of a location.
+    ///
+    /// # Panics
+    /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
+    pub(crate) fn checked_patch(&self, at: Location) -> usize {
+        let inside = |x: f64| (0.0..=1.0).contains(&x);
+        assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
+        // The sum of two parameters on the third side may round up.
+        let beyond = self.scheme.split() == SplitKind::Triangles && at.u + at.v > 1.0 + 4.0 * f64::EPSILON;
+        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", at.u, at.v);
+        self.patch(at.face, at.subface)
     }
 
     /// Where the corner at the start of `h` lies in the face of `h`.
@@ -259,10 +274,11 @@ struct Gathered {
 pub(super) type Start = (u32, u32);
 
 impl Gathered {
-    fn of_chunk(t: &Topology, whole: usize, chunk: usize) -> Self {
+    fn of_chunk(t: &Topology, whole: usize, plain: &[bool], chunk: usize) -> Self {
         let mut out = Self::default();
         let mut known = Keys::default();
         let (mut walk, mut around) = (Walk::default(), Surroundings::default());
+        let mut regular_plan = None;
         for face in (chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())).map(Face::new) {
             let sides = t.sides(face);
             let starts = if sides == whole { 0..1 } else { 0..sides };
@@ -271,6 +287,15 @@ impl Gathered {
                     out.patch_plan.push(NONE);
                     out.patch_turn.push(0);
                     out.ring_length.push(0);
+                    continue;
+                }
+                let is_regular = whole == 4 && sides == 4 && t.face_vertices(face).iter().all(|&v| plain[v as usize]);
+                let regular = if is_regular { regular_ring(t, face) } else { None };
+                if let Some((plan, ring)) = regular_plan.zip(regular.as_ref()) {
+                    out.patch_plan.push(plan);
+                    out.patch_turn.push(0);
+                    out.ring_length.push(16);
+                    out.ring.extend_from_slice(ring);
                     continue;
                 }
                 let start = if sides == whole { canonical_corner(t, face) } else { subface };
@@ -284,6 +309,10 @@ impl Gathered {
                         plan
                     }
                 };
+                if let Some(ring) = regular {
+                    debug_assert_eq!(around.ring, ring);
+                    regular_plan = Some(plan);
+                }
                 out.patch_plan.push(plan);
                 out.patch_turn.push(if sides == whole { start as u8 } else { 0 });
                 out.ring_length.push(around.ring.len() as u32);
@@ -292,6 +321,61 @@ impl Gathered {
         }
         out
     }
+}
+
+/// True for an interior vertex of four quads with nothing sharp.
+fn is_plain(t: &Topology, v: Vertex) -> bool {
+    let Some(start) = t.outgoing(v) else { return false };
+    if t.vertex_non_manifold[v.index()] || t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty() {
+        return false;
+    }
+    let mut h = start;
+    for _ in 0..4 {
+        match t.turn_left(h) {
+            Some(left) if t.sides(t.face(h)) == 4 => h = left,
+            _ => return false,
+        }
+    }
+    h == start && t.turn_left(start) != Some(start) && t.foreign_sharpness(v).is_empty()
+}
+
+/// The ring of a quad with four plain corners in the order in which [`Topology::surroundings`] meets it; none where the
+/// mesh is so small that faces round it are the same.
+///
+/// ```text
+///    15 ── 14 ── 13 ── 12
+///     |     |     |     |
+///     4 ─── 3 ─── 2 ── 11
+///     |     |face |     |
+///     5 ─── 0 ─── 1 ── 10
+///     |     |     |     |
+///     6 ─── 7 ─── 8 ─── 9
+/// ```
+fn regular_ring(t: &Topology, face: Face) -> Option<[u32; 16]> {
+    let left = |h: HalfEdge| t.turn_left(h).expect("a plain vertex has faces all round");
+    // The two vertices before the one that `h` starts at, in its face: beyond the next spoke, and at its end.
+    let beyond = |h: HalfEdge| [t.origin(t.prev(t.prev(h))).0, t.origin(t.prev(h)).0];
+    let mut ring = [0; 16];
+    ring[..4].copy_from_slice(t.face_vertices(face));
+    let mut at = 4;
+    for corner in 0..4 {
+        let first = left(t.half_edge(face, corner));
+        let second = left(first);
+        let third = left(second);
+        // Later corners have seen the first face, the last one the third as well.
+        if corner == 0 {
+            ring[4..6].copy_from_slice(&beyond(first));
+            at = 6;
+        }
+        let [diagonal, spoke] = beyond(second);
+        ring[at] = diagonal;
+        if corner < 3 {
+            ring[at + 1] = spoke;
+            ring[at + 2] = beyond(third)[0];
+            at += 3;
+        }
+    }
+    (0..15).all(|i| !ring[i + 1..].contains(&ring[i])).then_some(ring)
 }
 
 /// All chunks, plans numbered by first appearance in the mesh.
@@ -343,5 +427,29 @@ impl Merged {
             out.ring.extend_from_slice(&chunk.ring);
         }
         Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn the_ring_of_a_regular_quad_is_the_walk_round_its_corners() {
+        let drawing = [15, 14, 13, 12, 4, 3, 2, 11, 5, 0, 1, 10, 6, 7, 8, 9];
+        let grid = shapes::grid(3, 3);
+        let t = Topology::new(&grid.mesh).unwrap();
+        let middle = (0..9).map(Face).find(|&f| t.face_vertices(f).iter().all(|&v| is_plain(&t, Vertex(v)))).unwrap();
+        let ring = regular_ring(&t, middle).unwrap();
+        let mut around = Surroundings::default();
+        t.surroundings(middle, 0, &mut Walk::default(), &mut around);
+        assert_eq!(around.ring, ring);
+        // Along the rows of the drawing neighbours are a unit apart.
+        let at = |k: usize| grid.positions[ring[drawing[k]] as usize];
+        let step = |a: [f64; 3], b: [f64; 3]| [0, 1].map(|i| b[i] - a[i]);
+        for k in (0..16).filter(|k| k % 4 < 3) {
+            assert_eq!(step(at(k), at(k + 1)), step(at(0), at(1)), "{k}");
+        }
     }
 }

@@ -69,7 +69,7 @@ fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
 
 /// A fast hash of short lists of small numbers; keys are compared in full.
 #[derive(Default)]
-pub(super) struct KeyHasher(u64);
+pub(crate) struct KeyHasher(u64);
 
 impl Hasher for KeyHasher {
     fn finish(&self) -> u64 {

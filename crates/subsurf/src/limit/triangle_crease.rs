@@ -98,7 +98,8 @@ impl TriangleCrease {
         let (x, y, h) = (a * scale, b * scale, 1.0 / scale);
         // Adds the box splines that `terms` name, at a place of the level's own lattice.
         let mut put = |u: f64, v: f64, sign: f64, terms: &[(usize, [f64; 3])]| {
-            let basis = box_spline::basis(u, v, rows.len());
+            let points: [usize; 3] = std::array::from_fn(|k| terms[k.min(terms.len() - 1)].0);
+            let basis = box_spline::some_of_basis(&points[..terms.len()], u, v, rows.len());
             for (order, row) in rows.iter_mut().enumerate() {
                 let times = (ORDERS[order].0 + ORDERS[order].1) as i32;
                 let speed = factor * h * (sign * scale).powi(times);

@@ -125,6 +125,11 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
         }
     }
 
+    /// One normal by itself.
+    pub fn normal(&self, at: Location) -> [f64; 3] {
+        self.single(at).1
+    }
+
     /// One sample by itself.
     fn single(&self, at: Location) -> Sample<N> {
         let outside = "holes have no samples";

@@ -10,7 +10,7 @@ use crate::mesh::{ControlMesh, MAX_COUNT, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed};
 
 pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
     let mut topology = unsharpened(mesh)?;
@@ -92,9 +92,10 @@ struct EdgePairs<'a> {
     face_offset: &'a [u32],
     origin: &'a [u32],
     face: &'a [u32],
-    /// Half-edges by smaller end vertex, each bucket sorted by (larger end, half-edge).
+    /// Half-edges by smaller end vertex, each bucket ascending: the larger end in the upper half of the number, the
+    /// half-edge in the lower.
     bucket_offset: Vec<u32>,
-    bucket: Vec<u32>,
+    bucket: Vec<u64>,
     twin: Vec<AtomicU32>,
     /// First half-edge of the edge that a half-edge belongs to.
     leader: Vec<AtomicU32>,
@@ -158,17 +159,18 @@ impl<'a> EdgePairs<'a> {
             start += n.swap(start, Relaxed);
         }
         // Which half-edge gets which slot of its bucket depends on the threads; the sort below makes up for it.
-        let slots: Vec<AtomicU32> = (0..half_edges).map(|_| AtomicU32::new(0)).collect();
+        let slots: Vec<AtomicU64> = (0..half_edges).map(|_| AtomicU64::new(0)).collect();
         (0..half_edges).into_par_iter().for_each(|h| {
-            let slot = count[self.ends(h).0 as usize].fetch_add(1, Relaxed);
-            slots[slot as usize].store(h, Relaxed);
+            let (small, large) = self.ends(h);
+            let slot = count[small as usize].fetch_add(1, Relaxed);
+            slots[slot as usize].store(u64::from(large) << 32 | u64::from(h), Relaxed);
         });
-        self.bucket = slots.into_iter().map(AtomicU32::into_inner).collect();
+        self.bucket = slots.into_iter().map(AtomicU64::into_inner).collect();
     }
 
     fn match_buckets(&mut self) {
         let mut bucket = std::mem::take(&mut self.bucket);
-        let mut rest: &mut [u32] = &mut bucket;
+        let mut rest: &mut [u64] = &mut bucket;
         let mut slices = Vec::new();
         // Cut into pieces of whole buckets, a few thousand half-edges each.
         let (mut from, mut first) = (0u32, 0usize);
@@ -186,8 +188,8 @@ impl<'a> EdgePairs<'a> {
             for v in first..last {
                 let range = self.bucket_offset[v] - base..self.bucket_offset[v + 1] - base;
                 let one = &mut piece[range.start as usize..range.end as usize];
-                one.sort_unstable_by_key(|&h| (self.ends(h).1, h));
-                for run in one.chunk_by(|&g, &h| self.ends(g).1 == self.ends(h).1) {
+                one.sort_unstable();
+                for run in one.chunk_by(|g, h| g >> 32 == h >> 32) {
                     self.match_run(v as u32, run);
                 }
             }
@@ -196,13 +198,15 @@ impl<'a> EdgePairs<'a> {
     }
 
     /// All half-edges between one pair of vertices, ascending.
-    fn match_run(&self, smaller: u32, run: &[u32]) {
+    fn match_run(&self, smaller: u32, run: &[u64]) {
+        let degenerate = run[0] >> 32 == u64::from(smaller);
+        let half_edge = |entry: u64| entry as u32;
         let start = |h: u32| Instance {
             leader: h,
             faces: 1,
             last_face: self.face[h as usize],
             last: h,
-            non_manifold: self.ends(h) == (smaller, smaller),
+            non_manifold: degenerate,
         };
         let lead = |h: u32, leader: u32| self.leader[h as usize].store(leader, Relaxed);
         let finish = |edge: &Instance| {
@@ -213,11 +217,12 @@ impl<'a> EdgePairs<'a> {
                 self.twin[edge.last as usize].store(edge.leader, Relaxed);
             }
         };
-        let mut first = start(run[0]);
-        lead(run[0], run[0]);
-        for &h in &run[1..] {
+        let leader = half_edge(run[0]);
+        let mut first = start(leader);
+        lead(leader, leader);
+        for h in run[1..].iter().map(|&entry| half_edge(entry)) {
             let f = self.face[h as usize];
-            if first.non_manifold && self.ends(h).0 == self.ends(h).1 || first.last_face == f {
+            if degenerate || first.last_face == f {
                 // Both ends equal, or the face has used the edge already: an edge of its own.
                 first.non_manifold = true;
                 lead(h, h);
@@ -237,8 +242,8 @@ impl<'a> EdgePairs<'a> {
     fn find(&self, a: u32, b: u32) -> Option<u32> {
         let (small, large) = (a.min(b) as usize, a.max(b));
         let bucket = &self.bucket[self.bucket_offset[small] as usize..self.bucket_offset[small + 1] as usize];
-        let at = bucket.partition_point(|&h| self.ends(h).1 < large);
-        bucket.get(at).copied().filter(|&h| self.ends(h).1 == large)
+        let at = bucket.partition_point(|&entry| entry >> 32 < u64::from(large));
+        bucket.get(at).filter(|&&entry| entry >> 32 == u64::from(large)).map(|&entry| entry as u32)
     }
 
     fn number(&self) -> Result<Edges, MeshError> {

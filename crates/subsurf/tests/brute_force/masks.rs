@@ -142,7 +142,7 @@ impl Soup {
 /// Loop's weight of each neighbour of a smooth vertex with `n` edges: `(5/8 - (3/8 + cos(2π/n)/4)²) / n`.
 fn beta(n: usize) -> Double {
     // π to 32 digits.
-    let pi = Double::from(3.141592653589793) + Double::from(1.2246467991473532e-16);
+    let pi = Double::from(std::f64::consts::PI) + Double::from(1.2246467991473532e-16);
     let n = Double::from(n as f64);
     let inner = Double::from(0.375) + Double::from(0.25) * cosine(Double::from(2.0) * pi / n);
     (Double::from(0.625) - inner * inner) / n

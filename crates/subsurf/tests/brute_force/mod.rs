@@ -7,7 +7,7 @@
 #![allow(dead_code)]
 
 mod bicubic;
-mod compare;
+pub mod compare;
 mod control;
 mod double;
 mod masks;
@@ -15,7 +15,6 @@ mod point;
 mod quartic;
 mod refine;
 
-pub use compare::{Worst, check};
 pub use double::Double;
 pub use point::{apart, diagonal, size};
 

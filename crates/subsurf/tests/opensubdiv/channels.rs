@@ -1,6 +1,7 @@
 //! Face-varying values against OpenSubdiv's, at face corners, under all six rules.
 
-use crate::reference::{has_fractions, indices, number, rows, shapes_with};
+use crate::opensubdiv_shapes::{indices, number, rows};
+use crate::reference::{has_fractions, shapes_with};
 use serde_json::Value;
 use subsurf::{Channel, FaceVarying, Level};
 

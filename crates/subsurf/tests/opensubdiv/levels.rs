@@ -1,6 +1,7 @@
 //! Classical refinement against OpenSubdiv's, element by element.
 
-use crate::reference::{Shape, apart, diagonal, has_fractions, index, indices, point, rows, shapes, sharpness};
+use crate::opensubdiv_shapes::{Shape, index, indices, point, rows, shapes, sharpness};
+use crate::reference::{apart, diagonal, has_fractions};
 use serde_json::Value;
 use subsurf::{Creasing, Edge, Face, Level, Topology, Vertex};
 

@@ -1,7 +1,8 @@
 //! The limit surface against OpenSubdiv's where that one is exact. Which places these are is told by OpenSubdiv's tags; see
 //! `docs/conformance.md` for the others.
 
-use crate::reference::{apart, diagonal, has_fractions, index, number, point, rows, shapes_with};
+use crate::opensubdiv_shapes::{index, number, point, rows};
+use crate::reference::{apart, diagonal, has_fractions, shapes_with};
 use serde_json::Value;
 use subsurf::{Face, Jet, Location, PatchTable};
 

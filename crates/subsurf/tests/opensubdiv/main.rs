@@ -3,4 +3,6 @@
 mod channels;
 mod levels;
 mod limits;
+#[path = "../opensubdiv_shapes/mod.rs"]
+mod opensubdiv_shapes;
 mod reference;

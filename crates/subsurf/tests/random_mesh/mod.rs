@@ -109,7 +109,8 @@ fn in_triangles(faces: &[Vec<u32>], seed: u64) -> Vec<Vec<u32>> {
     for (f, face) in faces.iter().enumerate() {
         let n = face.len();
         // Half of the meshes are cut from first corners: grids then have valence 6.
-        let from = if seed % 2 == 0 { 0 } else { ((noise(seed << 32 | f as u64) + 1.0) * 0.5 * n as f64) as usize };
+        let from =
+            if seed.is_multiple_of(2) { 0 } else { ((noise(seed << 32 | f as u64) + 1.0) * 0.5 * n as f64) as usize };
         for i in 1..n - 1 {
             let triangle = [0, i, i + 1].map(|k| face[(from + k) % n]);
             let mut sorted = triangle;
