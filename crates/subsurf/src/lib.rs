@@ -12,6 +12,7 @@
 //! 4. [`PatchTable`]: for every face a plan and a ring of control points; once per connectivity.
 //! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
 //! 6. [`Tessellation`]: the limit surface as a watertight mesh.
+//! 7. [`ShadingNormals`]: normals to shade with, smoother than the surface's own round extraordinary vertices.
 //!
 //! A [`Channel`] holds face-varying (or varying) values over the same faces; it is refined by 3 and evaluated by 4 to 6.
 //!
@@ -47,6 +48,7 @@ mod mesh;
 mod real;
 mod refine;
 mod scheme;
+mod shading;
 pub mod shapes;
 mod sharpness;
 mod tags;
@@ -56,11 +58,14 @@ mod triangulate;
 
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
-pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
+pub use limit::{
+    Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, Spectrum, TableSize,
+};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
+pub use shading::{Averaging, Blend, NormalField, Power, ShadingError, ShadingNormals, ShadingOptions};
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{
     FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
