@@ -219,9 +219,9 @@ struct Shared<'a> {
     powers: Vec<[f64; 1]>,
     power: f64,
     /// The mesh up to the level whose vertex normals are taken.
-    whole: Vec<Level>,
+    whole: Vec<Arc<Level>>,
     /// The same cut into sectors, from that level on to the one that the normals' table starts at.
-    cut: Vec<Level>,
+    cut: Vec<Arc<Level>>,
 }
 
 /// Normals to shade with, at any place of a limit surface.

@@ -51,31 +51,6 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn a3_and_a4_are_one_with_zero_gradient_at_extraordinary_vertices() {
-    for n in (3..=20).filter(|n| ![4, 6].contains(n)) {
-        for case in around(n) {
-            let patches = table(&case);
-            for kind in [Blend::A3, Blend::A4] {
-                let shading = ShadingNormals::new(&patches, &case.0.positions, &blend(kind)).unwrap();
-                let b = |r: f64| shading.blend_weight(Location::new(0, r, 0.3 * r));
-                // The weights of the limit sum to one up to rounding, and so does 1/w times w.
-                assert!((b(0.0) - 1.0).abs() < 1e-15, "{kind:?} valence {n} {:?}", case.1);
-                // Distances shrink by λ per level. 1 - b falls by μ of the round modes, and by 1/8 with A4: both below.
-                let spectrum = subsurf::Spectrum::of_interior(case.1, n).unwrap();
-                let expected = if kind == Blend::A4 { 0.125 } else { spectrum.mu_round.max(0.125) };
-                let (near, nearer) = (1.0 - b(0.5f64.powi(9)), 1.0 - b(0.5f64.powi(10)));
-                if kind == Blend::A3 || near > 1e-11 {
-                    let rate = nearer / near;
-                    // A mode of half the size dies out as 2^-10; A4 loses digits to 1.
-                    assert!((rate - expected).abs() < 0.02, "{kind:?} valence {n} {:?}: {rate} {expected}", case.1);
-                    assert!(expected < spectrum.lambda);
-                }
-            }
-        }
-    }
-}
-
-#[test]
 fn a2_is_the_vertex_s_own_limit_weight_and_a1_is_one() {
     for n in [3, 5, 7, 12] {
         for case in around(n) {
