@@ -12,6 +12,7 @@
 //! 4. [`PatchTable`]: for every face a plan and a ring of control points; once per connectivity.
 //! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
 //! 6. [`Tessellation`]: the limit surface as a watertight mesh.
+//! 7. [`ShadingNormals`]: normals to shade with, smoother than the surface's own round extraordinary vertices.
 //!
 //! A [`Channel`] holds face-varying (or varying) values over the same faces; it is refined by 3 and evaluated by 4 to 6.
 //!
@@ -52,6 +53,7 @@ mod ptex;
 mod real;
 mod refine;
 mod scheme;
+mod shading;
 pub mod shapes;
 mod sharpness;
 mod stencil;
@@ -65,12 +67,15 @@ pub use adaptive::{
 };
 pub use channel::{Channel, ChannelError};
 pub use index::{Edge, Face, HalfEdge, Vertex};
-pub use limit::{Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, TableSize};
+pub use limit::{
+    Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, Spectrum, TableSize,
+};
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
 pub use refine::Level;
 pub use scheme::Scheme;
+pub use shading::{Averaging, Blend, NormalField, Power, ShadingError, ShadingNormals, ShadingOptions};
 pub use stencil::{
     Dependents, LimitStencilOptions, LimitStencilTable, Orders, Part, StencilError, StencilOptions, StencilTable,
 };

@@ -10,11 +10,13 @@ mod layout;
 mod normals;
 mod rates;
 mod sample;
+mod shade;
 
 use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
 use crate::real::{Real, round};
 use crate::scheme::Scheme;
+use crate::shading::ShadingNormals;
 pub use channel::TessellatedChannel;
 use layout::{Layout, PatchRates};
 use rayon::prelude::*;
@@ -145,6 +147,31 @@ impl<T: Real> LimitSurface<'_, T, 3> {
     /// # Errors
     /// [`TessellateError`]: rates that are not positive, or a result too large for 32-bit indices.
     pub fn tessellate(&self, options: &TessellateOptions) -> Result<Tessellation<T>, TessellateError> {
+        self.tessellate_with(options, None)
+    }
+
+    /// Tessellates the surface with shading normals in the place of its own. Further sides of infinitely sharp creases
+    /// have normals of their own as ever.
+    ///
+    /// # Errors
+    /// As [`tessellate`](Self::tessellate).
+    ///
+    /// # Panics
+    /// If the normals are those of another mesh.
+    pub fn tessellate_shaded(
+        &self,
+        options: &TessellateOptions,
+        shading: &ShadingNormals<'_>,
+    ) -> Result<Tessellation<T>, TessellateError> {
+        assert!(shading.fits(self.table().topology()), "the normals are those of this mesh");
+        self.tessellate_with(options, Some(shading))
+    }
+
+    fn tessellate_with(
+        &self,
+        options: &TessellateOptions,
+        shading: Option<&ShadingNormals<'_>>,
+    ) -> Result<Tessellation<T>, TessellateError> {
         let rates = rates::choose(self, options.rates, options.most_points)?;
         let layout = Layout::new(self.table(), rates);
         layout.check(options.most_points)?;
@@ -169,6 +196,9 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         sampler.edges(edge_points, edge_normals);
         sampler.faces(face_points, face_normals);
         sampler.extra_normals(&sides, extra_normals);
+        if let Some(shading) = shading.filter(|_| shared) {
+            shade::shade(&layout, &sides, shading, &mut normals);
+        }
 
         let with_places = TessellateOptions { places: options.places || faceted, ..*options };
         let chunks: Vec<facets::FacetList> = layout

@@ -268,6 +268,25 @@ impl<'a> Layout<'a> {
         }
     }
 
+    /// Where the samples inside face `f` lie, in the order of their points.
+    pub fn inner_locations(&self, f: Face, mut visit: impl FnMut(Location)) {
+        let subfaces = self.table.subfaces(f);
+        if subfaces > 1 {
+            let n = self.grid(f, 0).cells[0];
+            visit(Location { face: f, subface: 0, u: 1.0, v: 1.0 });
+            for subface in 0..subfaces {
+                (1..n).for_each(|k| visit(Location { face: f, subface, u: 1.0, v: f64::from(k) / f64::from(n) }));
+            }
+        }
+        for subface in 0..subfaces {
+            let grid = self.grid(f, subface);
+            for (i, j) in grid.interior() {
+                let [u, v] = grid.uv(i, j);
+                visit(Location { face: f, subface, u, v });
+            }
+        }
+    }
+
     /// Where the corner at the start of `h` lies in the face of `h`.
     pub fn corner_location(&self, h: HalfEdge) -> Location {
         self.table.corner_location(h)

@@ -324,7 +324,7 @@ fn turned_grid<const N: usize>(control: [[f64; N]; 16], turn: u8) -> [[f64; N]; 
 }
 
 /// Cells of quads and of sub-faces where all have the same, else zeros.
-fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
+pub(super) fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
     let table = layout.table;
     let mut cells = [0, 0];
     for f in (0..table.topology().face_count() as u32).map(Face).filter(|&f| !table.topology().is_hole(f)) {
