@@ -50,15 +50,8 @@ const SCALE: [[u8; 3]; 6] =
 
 /// Stops of a scale from blue over nearly white to red, as dark at one end as at the other; told apart also by those
 /// who see no red or no green.
-const BALANCE: [[u8; 3]; 7] = [
-    [32, 76, 158],
-    [88, 140, 205],
-    [172, 202, 232],
-    [244, 243, 239],
-    [246, 198, 164],
-    [226, 121, 82],
-    [170, 34, 38],
-];
+const BALANCE: [[u8; 3]; 7] =
+    [[32, 76, 158], [88, 140, 205], [172, 202, 232], [244, 243, 239], [246, 198, 164], [226, 121, 82], [170, 34, 38]];
 
 /// A colour of a scale, for `t` from 0 (dark) to 1 (light).
 pub fn sequential(t: f32) -> [f32; 3] {

@@ -61,7 +61,9 @@ impl Show {
 
 /// A name that is none of [`Show::ALL`].
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("'{0}' cannot be shown; use one of shaded, normals, wireframe, cage, patches, levels, isophotes, reflection-lines, gaussian, mean, blend-weight")]
+#[error(
+    "'{0}' cannot be shown; use one of shaded, normals, wireframe, cage, patches, levels, isophotes, reflection-lines, gaussian, mean, blend-weight"
+)]
 pub struct ShowParseError(String);
 
 impl FromStr for Show {
