@@ -1,8 +1,8 @@
 //! Laws of whole pictures, on small ones.
 
 use subsurf_render::{
-    Background, Camera, Faceted, Image, Legend, Options, Overlay, Polyline, RenderError, RenderMesh, SceneError, Show,
-    Stroke, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals, View, palette, render,
+    Background, Camera, Faceted, Image, Legend, Options, Overlay, Phase, Polyline, RenderError, RenderMesh, SceneError,
+    Show, Stroke, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals, View, palette, render,
 };
 
 /// A sphere of radius 1 by longitude and latitude, with poles on the y-axis.
@@ -177,7 +177,7 @@ fn lines_that_pass_the_eye_are_cut_off() {
 #[test]
 fn a_legend_shows_its_colours() {
     let entries = (0..3).map(|i| (palette::category(i), format!("kind {i} of ünits"))).collect();
-    let overlay = Overlay { legend: Some(Legend { entries }), ..Overlay::default() };
+    let overlay = Overlay { legend: Some(Legend { entries, ..Legend::default() }), ..Overlay::default() };
     let image = picture(&square(), &overlay, &Options { width: 320, height: 180, ..small() });
     for i in 0..3 {
         let count =
@@ -186,6 +186,69 @@ fn a_legend_shows_its_colours() {
     }
     // Far too small for the text: cut off, no panic.
     picture(&square(), &overlay, &Options { width: 9, height: 5, ..small() });
+}
+
+#[test]
+fn a_scale_shows_its_colours_and_those_between_under_its_title() {
+    let scale = (0..3).map(|i| (palette::diverging(1.0 - i as f32), format!("{}", 1 - i))).collect();
+    let legend = Legend { title: "a title".to_owned(), scale, ..Legend::default() };
+    let plain = Options { width: 320, height: 180, ..small() };
+    let with = |legend| picture(&square(), &Overlay { legend: Some(legend), ..Overlay::default() }, &plain);
+    let image = with(legend.clone());
+    // The bar's left column: 6 pixels of padding in a plate at 8, above the plate's lower side at 8 and its padding.
+    let bar: Vec<[u8; 4]> =
+        (0..180).map(|y| image.pixel(14, y)).filter(|p| p[..3].iter().any(|&x| x != p[0])).collect();
+    let is_red_first = bar[0][0] > bar[0][2] && bar[bar.len() - 1][2] > bar[bar.len() - 1][0];
+    assert!(is_red_first && bar.len() >= 28, "{bar:?}");
+    let mut colors = bar;
+    colors.dedup();
+    assert!(colors.len() > 20, "{} colours", colors.len());
+    assert_ne!(image, with(Legend { title: "a tilte".to_owned(), ..legend }));
+}
+
+#[test]
+fn stripes_narrower_than_samples_are_grey_and_wide_ones_have_smooth_edges() {
+    /// So many stripes per unit of x.
+    struct Comb(f32);
+    impl SurfaceShader for Comb {
+        fn normal(&self, _: &SurfaceAt) -> Option<[f64; 3]> {
+            None
+        }
+        fn phase(&self, point: &SurfacePoint) -> Option<Phase> {
+            Some(Phase { stripes: self.0 * point.position[0], turn: f32::INFINITY })
+        }
+    }
+    let options = Options { show: Show::Isophotes, samples: 4, ..small() };
+    let row = |per_unit: f32| -> Vec<u8> {
+        let image = render(&square(), &Comb(per_unit), &Overlay::default(), &options, None).expect("it renders");
+        (18..46).map(|x| image.pixel(x, 30)[1]).collect()
+    };
+    let range = |row: &[u8]| (row.iter().min().copied(), row.iter().max().copied());
+    // 16 pixels per unit, of two samples' width each: 5 stripes in a sample.
+    let (least, most) = range(&row(160.0));
+    assert!(most.zip(least).is_some_and(|(most, least)| most - least < 40), "{least:?} to {most:?}");
+    // Stripes of 16 pixels: dark, light and at most four greys in between at each edge.
+    let wide = row(1.0);
+    let (least, most) = range(&wide);
+    assert!(least < Some(70) && most > Some(220), "{wide:?}");
+    let greys = wide.iter().filter(|&&x| x > least.unwrap_or(0) + 2 && x < most.unwrap_or(0) - 2).count();
+    assert!((3..=12).contains(&greys), "{wide:?}");
+}
+
+#[test]
+fn what_is_seen_is_what_covers_the_middles_of_pixels() {
+    let mesh = square();
+    let scene = subsurf_render::Scene::new(&mesh).expect("the square is right");
+    // The camera sees 4 units in 64 pixels, of which the square takes 2.
+    for (step, expected) in [(1, 32 * 32), (2, 16 * 16)] {
+        let seen = scene.seen(&Overlay::default(), &small(), step).expect("the options are right");
+        assert_eq!(seen.len(), expected);
+        // Within the triangles, to rounding in single precision.
+        assert!(seen.iter().all(|at| at.u >= -1e-6 && at.v >= -1e-6 && at.u + at.v <= 1.0 + 1e-6));
+    }
+    let away = Camera::At(View { eye: [0.0, 0.0, 10.0], target: [0.0, 0.0, 20.0], fov_deg: 30.0 });
+    let seen = scene.seen(&Overlay::default(), &Options { camera: away, ..small() }, 1);
+    assert_eq!(seen, Ok(Vec::new()));
 }
 
 #[test]
