@@ -13,7 +13,10 @@ pub mod shape;
 
 use std::path::{Path, PathBuf};
 
-/// OpenSubdiv's regression shapes, which lie beside the repository.
+/// OpenSubdiv's regression shapes: the folder that `OPENSUBDIV_SHAPES` names, or else one beside the repository.
 pub fn shapes_folder() -> PathBuf {
+    if let Some(folder) = std::env::var_os("OPENSUBDIV_SHAPES") {
+        return PathBuf::from(folder);
+    }
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models/opensubdiv_shapes")
 }

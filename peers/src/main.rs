@@ -8,7 +8,8 @@ use std::process::ExitCode;
 
 const USAGE: &str = "usage:
   peers compare-refine                     our refinement against OpenSubdiv's: regression shapes, levels 0 to 5
-  peers compare-refine LEVELS FILE.obj...  the same on any files
+  peers compare-refine SHAPES_DIR          the same on the shapes of a folder, OBJ or OpenSubdiv's headers
+  peers compare-refine LEVELS FILE...      the same on any files
   peers compare-random COUNT [FIRST_SEED]  the same on random meshes and tags, levels 0 to 3
   peers conformance OUT.md [SHAPES_DIR]    the same and the limit, every shape under every rule, as a document
   peers compare-adaptive                   our feature-adaptive baseline against OpenSubdiv's, isolation levels 1 to 6
@@ -35,6 +36,9 @@ fn main() -> ExitCode {
 fn run(words: &[&str]) -> Result<(), String> {
     match words {
         ["compare-refine"] => compare_refine::regression_shapes(&shapes_folder()),
+        ["compare-refine", folder] if Path::new(folder).is_dir() => {
+            compare_refine::regression_shapes(Path::new(folder))
+        }
         ["compare-refine", levels, files @ ..] => compare_refine::files(number(levels)?, files),
         ["compare-random", count] => compare_refine::random(&shapes_folder(), number(count)?, 0),
         ["compare-random", count, seed] => compare_refine::random(&shapes_folder(), number(count)?, number(seed)?),

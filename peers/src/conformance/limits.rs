@@ -204,7 +204,7 @@ impl Run<'_> {
                     && pair.ours.apart(&pair.theirs.negated(), quantity, self.diagonal).is_some_and(|d| d <= threshold);
                 let cause = if upside_down { Cause::UpsideDown } else { pair.cause };
                 let key = (cause, method, quantity);
-                self.out.tallies.add(key, apart, differs);
+                self.out.tallies.add(key, apart, differs, self.fractions);
                 if differs {
                     differing.push((key, apart, i));
                 }

@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 const LEVELS: u32 = 5;
 /// Faces of the finest level compared, for shapes under their own rules and under others.
 const MOST_FACES: [usize; 2] = [2_000_000, 60_000];
+/// Positions in `f64` agree to this, where neither sharpness in single precision nor long sums have a part.
+pub const EXACT: f64 = 1e-14;
 
 /// What was compared under one scheme and set of rules, and how far apart it was.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +32,8 @@ pub struct Refinement {
     /// By scheme and rules; own rules first.
     pub groups: BTreeMap<(bool, String, String), Group>,
     pub mismatches: Vec<String>,
+    /// Shapes that differ by more than [`EXACT`] in meshes where OpenSubdiv rounds no weight, and by how much.
+    pub inexact: BTreeMap<String, f64>,
     /// Variants in which OpenSubdiv extrapolates, with the level.
     pub extrapolates: Vec<(String, usize)>,
 }
@@ -52,6 +56,7 @@ pub fn run(variant: &Variant, out: &mut Refinement) -> Result<bool, String> {
         }
     };
     let until = first_extrapolation(&theirs);
+    let fractions = super::limits::has_fractions(shape);
     if let Some(level) = until {
         out.extrapolates.push((variant.name(), level));
     }
@@ -72,6 +77,10 @@ pub fn run(variant: &Variant, out: &mut Refinement) -> Result<bool, String> {
         }
         if d.f32 > group.f32 {
             (group.f32, group.f32_at) = (d.f32, place());
+        }
+        if d.f64 > EXACT && !fractions {
+            let worst = out.inexact.entry(shape.name.clone()).or_default();
+            *worst = worst.max(d.f64);
         }
         out.mismatches.extend(d.mismatches.iter().map(|m| format!("{} level {number}: {m}", variant.name())));
     }
@@ -99,6 +108,10 @@ impl Refinement {
     pub fn merge(&mut self, other: Self) {
         for (key, from) in other.groups {
             self.groups.entry(key).or_default().merge(from);
+        }
+        for (name, from) in other.inexact {
+            let worst = self.inexact.entry(name).or_default();
+            *worst = worst.max(from);
         }
         self.mismatches.extend(other.mismatches);
         self.extrapolates.extend(other.extrapolates);

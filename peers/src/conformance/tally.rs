@@ -183,8 +183,9 @@ pub struct Case {
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     pub samples: usize,
-    /// The largest difference that does not count as one.
+    /// The largest difference that does not count as one; of meshes without fractions as well.
     pub agreeing: f64,
+    pub agreeing_exactly: f64,
     pub differing: usize,
     pub worst: f64,
     pub judged: usize,
@@ -194,6 +195,8 @@ pub struct Tally {
     /// Where refinement is nearer to OpenSubdiv.
     pub lost: Vec<String>,
     pub case: Option<Case>,
+    /// Where refinement ended farthest from ours, and how far.
+    pub slowest: Option<(f64, Case)>,
 }
 
 impl Tally {
@@ -202,6 +205,7 @@ impl Tally {
         self.differing += from.differing;
         self.judged += from.judged;
         self.agreeing = self.agreeing.max(from.agreeing);
+        self.agreeing_exactly = self.agreeing_exactly.max(from.agreeing_exactly);
         self.worst = self.worst.max(from.worst);
         self.ours_off = self.ours_off.max(from.ours_off);
         self.theirs_off = self.theirs_off.max(from.theirs_off);
@@ -209,6 +213,10 @@ impl Tally {
         let rank = |c: &Option<Case>| c.as_ref().map(|c| (c.own, c.difference));
         if rank(&from.case) > rank(&self.case) {
             self.case = from.case;
+        }
+        let off = |c: &Option<(f64, Case)>| c.as_ref().map(|c| c.0);
+        if off(&from.slowest) > off(&self.slowest) {
+            self.slowest = from.slowest;
         }
     }
 }
@@ -219,7 +227,7 @@ pub type Key = (Cause, Method, Quantity);
 pub struct Tallies(pub BTreeMap<Key, Tally>);
 
 impl Tallies {
-    pub fn add(&mut self, key: Key, apart: f64, differs: bool) {
+    pub fn add(&mut self, key: Key, apart: f64, differs: bool, fractions: bool) {
         let tally = self.0.entry(key).or_default();
         tally.samples += 1;
         if differs {
@@ -227,6 +235,9 @@ impl Tallies {
             tally.worst = tally.worst.max(apart);
         } else {
             tally.agreeing = tally.agreeing.max(apart);
+            if !fractions {
+                tally.agreeing_exactly = tally.agreeing_exactly.max(apart);
+            }
         }
     }
 
@@ -241,6 +252,9 @@ impl Tallies {
         tally.theirs_off = tally.theirs_off.max(theirs);
         if theirs < ours - quantity.slack(case.fractions) {
             tally.lost.push(format!("{}: ours off by {ours:.2e}, theirs by {theirs:.2e}", case.place));
+        }
+        if tally.slowest.as_ref().is_none_or(|old| ours > old.0) {
+            tally.slowest = Some((ours, case.clone()));
         }
         let better = |old: &Case| (case.own, case.difference) > (old.own, old.difference);
         if tally.case.as_ref().is_none_or(better) {
