@@ -2,7 +2,7 @@
 
 use crate::eval::TableError;
 use std::io;
-use subsurf::{AdaptiveError, ChannelError, MeshError, TessellateError};
+use subsurf::{AdaptiveError, ChannelError, MeshError, ShadingError, TessellateError};
 use subsurf_io::{ReadError, WriteError};
 use subsurf_render::RenderError;
 use thiserror::Error;
@@ -26,6 +26,8 @@ pub enum Failure {
     Baseline { name: String, source: AdaptiveError },
     #[error("{name}: {source}")]
     Tessellate { name: String, source: TessellateError },
+    #[error("{name}: {source}")]
+    Shading { name: String, source: ShadingError },
     #[error("{name}: {source}")]
     Render { name: String, source: RenderError },
     #[error(transparent)]

@@ -18,7 +18,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use subsurf::{Facets, Rates, TessellateOptions, Tessellation};
-use subsurf_render::{Background, Camera, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show, View};
+use subsurf_render::{Background, Camera, Image, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show, View};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -96,6 +96,13 @@ impl Up {
     }
 }
 
+impl RenderArgs {
+    /// The scheme, where one is given.
+    pub fn scheme(&self) -> Option<subsurf::Scheme> {
+        self.mesh.scheme
+    }
+}
+
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     let size = parsed.ok_or("write it as WIDTHxHEIGHT, for example 1280x720")?;
@@ -133,6 +140,34 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     let output = Output::new(&args.output, common)?;
     output.check_extension("png", |name| Failure::PictureName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
+    let picture = picture(args, &input, console)?;
+    output.write_with(|out| picture.image.write_png(out).map_err(FillError::from))?;
+    if common.json {
+        print_json(&json!({
+            "output": output.name(),
+            "width": args.size[0],
+            "height": args.size[1],
+            "samples": args.samples,
+            "rate": picture.rate,
+            "triangles": picture.triangles,
+            "tessellate_seconds": picture.tessellated_s,
+            "seconds": picture.seconds,
+        }))?;
+    }
+    Ok(())
+}
+
+/// A picture, and what it took.
+pub struct Picture {
+    pub image: Image,
+    rate: u32,
+    triangles: usize,
+    tessellated_s: f64,
+    seconds: f64,
+}
+
+/// Makes a picture of a mesh; the arguments' file is not looked at.
+pub fn picture(args: &RenderArgs, input: &Input, console: &Console) -> Result<Picture, Failure> {
     let start = Instant::now();
     let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| args.up.turned(p)).collect();
     let camera = args.up.turned_camera(args.camera);
@@ -140,7 +175,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     if table.size().patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
     }
-    let baseline = args.baseline.refine(table.topology(), &input)?;
+    let baseline = args.baseline.refine(table.topology(), input)?;
     let surface = table.surface(&points);
     let rate = rate::for_picture(&table, &points, camera, args.size);
     let options = TessellateOptions {
@@ -170,7 +205,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
         overlay.lines.extend(patch_lines::patch_lines(&surface, baseline, rate, camera, args.size));
     }
     overlay.legend = painter.legend();
-    let picture = Options {
+    let options = Options {
         width: args.size[0],
         height: args.size[1],
         samples: args.samples,
@@ -181,23 +216,11 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     };
     let bar = console.progress("rendering", 1000);
     let tell = |done: f32| bar.set_position((done * 1000.0) as u64);
-    let scene = Scene::new(&mesh).map_err(|error| fail(&input, error.into()))?;
-    let image = scene.render(&painter, &overlay, &picture, Some(&tell)).map_err(|error| fail(&input, error))?;
+    let scene = Scene::new(&mesh).map_err(|error| fail(input, error.into()))?;
+    let image = scene.render(&painter, &overlay, &options, Some(&tell)).map_err(|error| fail(input, error))?;
     bar.finish_and_clear();
-    output.write_with(|out| image.write_png(out).map_err(FillError::from))?;
-    if common.json {
-        print_json(&json!({
-            "output": output.name(),
-            "width": args.size[0],
-            "height": args.size[1],
-            "samples": args.samples,
-            "rate": rate,
-            "triangles": mesh.triangles.len(),
-            "tessellate_seconds": tessellated_s,
-            "seconds": start.elapsed().as_secs_f64(),
-        }))?;
-    }
-    Ok(())
+    let (triangles, seconds) = (mesh.triangles.len(), start.elapsed().as_secs_f64());
+    Ok(Picture { image, rate, triangles, tessellated_s, seconds })
 }
 
 fn fail(input: &Input, source: subsurf_render::RenderError) -> Failure {
