@@ -8,6 +8,7 @@ use crate::args::{Common, Evaluator, MeshArgs, Precision, TriangleRule};
 use crate::console::{Console, print_json};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::normals::NormalArgs;
 use crate::output::{FillError, Output};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -28,6 +29,7 @@ Examples:
   subsurf eval spot.obj --at at.csv -o out.csv                          position, derivatives, normal
   subsurf eval spot.obj --at at.csv --second --curvature -o out.csv     and second derivatives, curvature
   subsurf eval spot.obj --at at.csv --texture -o out.csv                and texture coordinates
+  subsurf eval spot.obj --at at.csv --normals a4 --blend-weight -o out.csv    normals to shade with, and the column b
   subsurf eval spot.obj --at - -o - < at.csv                            through pipes
 
 A place is a face (from 0), a sub-face (0 for quads, the corner for other faces) and u, v from 0 to 1. In a quad, u runs
@@ -57,9 +59,14 @@ pub struct EvalArgs {
     /// Add principal, Gaussian and mean curvature
     #[arg(long)]
     curvature: bool,
+    /// Add the blend weight b of --normals a1 to a4, from 0 to 1, before it is raised to --blend-power
+    #[arg(long)]
+    blend_weight: bool,
     /// Add texture coordinates and their derivatives: s,t,du_s,du_t,dv_s,dv_t
     #[arg(long)]
     texture: bool,
+    #[command(flatten)]
+    normals: NormalArgs,
     #[command(flatten)]
     evaluator: Evaluator,
 }
@@ -72,13 +79,17 @@ pub fn run(args: &EvalArgs, common: &Common, console: &Console) -> Result<(), Fa
     if args.at.as_os_str() == "-" && args.mesh.file.as_os_str() == "-" {
         return Err(Failure::Usage("the mesh and the table cannot both come from standard input; give one as a file"));
     }
+    args.normals.check()?;
+    if args.blend_weight && !args.normals.is_blend() {
+        return Err(Failure::Usage("--blend-weight is for blended normals: add --normals a4"));
+    }
     let output = Output::new(&args.output, common)?;
     output.check_extension("csv", |name| Failure::TableName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
     let start = Instant::now();
     let surface = input.patch_table(args.evaluator.evaluator, console)?;
     let (places, header) = Places::open(&args.at)?;
-    let columns = Columns { second: args.second, curvature: args.curvature };
+    let columns = Columns { second: args.second, curvature: args.curvature, blend_weight: args.blend_weight };
     let bar = console.progress("evaluating", places.length());
     let mut table = Table { surface: &surface, places, header, summary: Summary::default(), bar };
     match common.precision {
@@ -149,7 +160,8 @@ impl Table<'_> {
         }
         let own = texture.as_ref().map(|t| t.patch_table(args.evaluator.evaluator, input)).transpose()?;
         let texture = own.as_ref().zip(texture.as_ref()).map(|(own, t)| own.surface(&t.values));
-        let rows = Rows::new(self.surface.surface(&points), texture, columns);
+        let shading = args.normals.shading(self.surface, &points, input, |n| n)?;
+        let rows = Rows::new(self.surface.surface(&points), shading, texture, columns);
         output.write_with(|out| self.evaluate(&rows, out))
     }
 

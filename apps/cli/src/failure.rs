@@ -1,10 +1,10 @@
 //! Why a verb could not be done: one message each, which names what is wrong and what to do.
 
 use crate::eval::TableError;
+use crate::render::picture::PictureError;
 use std::io;
 use subsurf::{AdaptiveError, ChannelError, MeshError, ShadingError, TessellateError};
 use subsurf_io::{ReadError, WriteError};
-use subsurf_render::RenderError;
 use thiserror::Error;
 
 /// What ends the program with a status other than 0.
@@ -27,9 +27,11 @@ pub enum Failure {
     #[error("{name}: {source}")]
     Tessellate { name: String, source: TessellateError },
     #[error("{name}: {source}")]
-    Shading { name: String, source: ShadingError },
+    Picture { name: String, source: PictureError },
     #[error("{name}: {source}")]
-    Render { name: String, source: RenderError },
+    Shading { name: String, source: ShadingError },
+    #[error("{name} has no vertex normals; leave out --file-normals")]
+    NoNormals { name: String },
     #[error(transparent)]
     Table(#[from] TableError),
     #[error("this build has no GPU support yet; leave out --device gpu")]

@@ -105,8 +105,8 @@ const FIGURES: [Figure; 15] = [
     },
     Figure {
         name: "ratio",
-        caption: "The bound μ^(p+1)/λ² of their theorem 1 against valence, and the factor (μ/λ)² by which the troublesome \
-                  term truly changes from level to level. Their figure 2.",
+        caption: "The bound μᵖ⁺¹/λ² of their theorem 1 against valence. The factor by which the troublesome term truly changes \
+                  from level to level is (μ/λ)², whatever p is: their curve for p = 1. Their figure 2.",
         draw: ratio::draw,
         models: Vec::new,
     },

@@ -16,6 +16,7 @@ mod input;
 mod interrupt;
 mod manual;
 mod memory;
+mod normals;
 mod oddities;
 mod output;
 mod refine;

@@ -1,8 +1,10 @@
 //! `subsurf render`: a picture of the limit surface.
 
 mod lines;
+mod marks;
 mod paint;
 mod patch_lines;
+pub mod picture;
 mod rate;
 
 use crate::args::{Choices, Common, Evaluator, MeshArgs, TriangleRule, one_of};
@@ -10,15 +12,15 @@ use crate::baseline::BaselineArgs;
 use crate::console::{Console, print_json};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::normals::NormalArgs;
 use crate::output::{FillError, Output};
 use clap::Args;
-use paint::Painter;
-use rayon::prelude::*;
+use picture::{Look, Picture, STRIPES, Subject};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use subsurf::{Facets, Rates, TessellateOptions, Tessellation};
-use subsurf_render::{Background, Camera, Image, Options, Overlay, RenderMesh, RenderTriangle, Scene, Show, View};
+use subsurf::Scheme;
+use subsurf_render::{Background, Camera, MAX_STRIPES, Show, Stripes, View};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -30,6 +32,14 @@ Examples:
   subsurf render spot.obj -o back.png --camera \"0,1,-3:0,0.2,0:35\"       from (0,1,-3), looking at (0,0.2,0)
   subsurf render car.obj -o car.png --up z                               for models whose z axis points up
   subsurf render car.obj -o osd.png --show levels --baseline feature-adaptive    what feature-adaptive refinement needs
+  subsurf render car.obj -o lines.png --show reflection-lines --normals a4       smooth where limit normals turn sharply
+  subsurf render car.obj -o iso.png --show isophotes --stripes 40 --axis 1,0,0
+  subsurf render car.obj -o b.png --show blend-weight --normals a4 --edges
+  subsurf render spot.obj -o k.png --show gaussian                        or mean; colours fit the picture, --range fixes them
+
+What --show shows: shaded, normals (x, y, z as red, green, blue), wireframe, cage, patches, levels; isophotes (equal steps of
+the angle between normal and --axis), reflection-lines (parallel straight lights in the mirror), gaussian and mean (curvature;
+mean is positive in hollows; dots mark vertices where there is none), blend-weight (share of subdivided normals, b^p).
 
 Every sample takes the exact normal of the surface where its ray meets it.";
 
@@ -59,6 +69,22 @@ pub struct RenderArgs {
     /// What to show
     #[arg(long, value_name = "WHAT", default_value = "shaded", value_parser = one_of(&Show::ALL))]
     show: Show,
+    /// Draw the control mesh's edges on the surface, whatever is shown
+    #[arg(long)]
+    edges: bool,
+    /// With stripes: how many dark ones in half a turn (isophotes) or a full turn of the mirror image (reflection-lines)
+    /// [default: 24]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STRIPES)))]
+    stripes: Option<u32>,
+    /// With stripes: isophotes' angles are measured from this direction, reflection lines' lights run along it
+    /// [default: upwards]
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = parse_axis)]
+    axis: Option<[f32; 3]>,
+    /// With curvature: colours end at plus and minus this [default: what 95% of the visible surface stay within]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse_range)]
+    range: Option<f64>,
+    #[command(flatten)]
+    normals: NormalArgs,
     #[command(flatten)]
     baseline: BaselineArgs,
     /// What is behind: gradient, transparent, or a colour as #rrggbb
@@ -96,11 +122,15 @@ impl Up {
     }
 }
 
-impl RenderArgs {
-    /// The scheme, where one is given.
-    pub fn scheme(&self) -> Option<subsurf::Scheme> {
-        self.mesh.scheme
-    }
+fn parse_axis(text: &str) -> Result<[f32; 3], &'static str> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let axis = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    let is_good = |axis: &[f32; 3]| axis.iter().all(|x| x.abs() < 1e18) && axis.iter().any(|x| x.abs() > 1e-18);
+    axis.filter(is_good).ok_or("write a direction as x,y,z, for example 0,1,0")
+}
+
+fn parse_range(text: &str) -> Result<f64, &'static str> {
+    text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite()).ok_or("use a number above 0")
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -132,15 +162,82 @@ fn parse_background(text: &str) -> Result<Background, &'static str> {
     }
 }
 
+impl RenderArgs {
+    /// Refuses options that would have no effect.
+    fn check(&self) -> Result<(), Failure> {
+        self.normals.check()?;
+        let is_striped = matches!(self.show, Show::Isophotes | Show::ReflectionLines);
+        let is_curvature = matches!(self.show, Show::Gaussian | Show::Mean);
+        Err(Failure::Usage(match self.show {
+            Show::Gaussian | Show::Mean if !self.normals.is_limit() => {
+                "curvature is that of the surface, whatever it is shaded with: leave out --normals, or choose another \
+                 --show"
+            }
+            Show::BlendWeight if !self.normals.is_blend() => {
+                "--show blend-weight is for blended normals: add --normals a4"
+            }
+            _ if !is_striped && (self.stripes.is_some() || self.axis.is_some()) => {
+                "--stripes and --axis are for stripes: add --show isophotes or --show reflection-lines"
+            }
+            _ if !is_curvature && self.range.is_some() => {
+                "--range is for curvature: add --show gaussian or --show mean"
+            }
+            _ => return Ok(()),
+        }))
+    }
+
+    /// Makes the picture of a mesh, whatever file the arguments name.
+    pub fn draw(&self, input: &Input, console: &Console) -> Result<Picture, Failure> {
+        self.check()?;
+        let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| self.up.turned(p)).collect();
+        let table = input.patch_table(self.evaluator.evaluator, console)?;
+        if table.size().patches == 0 {
+            return Err(Failure::OnlyHoles { name: input.name.clone() });
+        }
+        let baseline = self.baseline.refine(table.topology(), input)?;
+        let shading = self.normals.shading(&table, &points, input, |n| self.up.turned(n))?;
+        let subject = Subject { table: &table, points: &points, shading: Some(&shading), baseline: baseline.as_ref() };
+        let bar = console.progress("rendering", 1000);
+        let tell = |done: f32| bar.set_position((done * 1000.0) as u64);
+        let picture = picture::draw(&subject, &self.look(), Some(&tell))
+            .map_err(|source| Failure::Picture { name: input.name.clone(), source })?;
+        bar.finish_and_clear();
+        console.note(&format_args!("rate {}: {} triangles", picture.rate, picture.triangles));
+        Ok(picture)
+    }
+
+    /// The scheme, where one is given.
+    pub fn scheme(&self) -> Option<Scheme> {
+        self.mesh.scheme
+    }
+
+    fn look(&self) -> Look {
+        // Isophotes round the upward axis show as much from every side; lights that run across the picture suit most shapes.
+        let axis = self.axis.map_or([0.0, 1.0, 0.0], |axis| self.up.turned(axis));
+        Look {
+            size: self.size,
+            samples: self.samples,
+            camera: self.up.turned_camera(self.camera),
+            show: self.show,
+            background: self.background,
+            stripes: Stripes { axis, count: self.stripes.unwrap_or(STRIPES) },
+            range: self.range,
+            edges: self.edges,
+        }
+    }
+}
+
 /// Runs the verb.
 pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    args.check()?;
     if args.baseline.is_some() && !matches!(args.show, Show::Patches | Show::Levels) {
         return Err(Failure::Usage("--baseline is for pictures of patches: add --show levels or --show patches"));
     }
     let output = Output::new(&args.output, common)?;
     output.check_extension("png", |name| Failure::PictureName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
-    let picture = picture(args, &input, console)?;
+    let start = Instant::now();
+    let picture = args.draw(&input, console)?;
     output.write_with(|out| picture.image.write_png(out).map_err(FillError::from))?;
     if common.json {
         print_json(&json!({
@@ -150,98 +247,11 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
             "samples": args.samples,
             "rate": picture.rate,
             "triangles": picture.triangles,
-            "tessellate_seconds": picture.tessellated_s,
-            "seconds": picture.seconds,
+            "range": picture.range,
+            "seconds": start.elapsed().as_secs_f64(),
         }))?;
     }
     Ok(())
-}
-
-/// A picture, and what it took.
-pub struct Picture {
-    pub image: Image,
-    rate: u32,
-    triangles: usize,
-    tessellated_s: f64,
-    seconds: f64,
-}
-
-/// Makes a picture of a mesh; the arguments' file is not looked at.
-pub fn picture(args: &RenderArgs, input: &Input, console: &Console) -> Result<Picture, Failure> {
-    let start = Instant::now();
-    let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| args.up.turned(p)).collect();
-    let camera = args.up.turned_camera(args.camera);
-    let table = input.patch_table(args.evaluator.evaluator, console)?;
-    if table.size().patches == 0 {
-        return Err(Failure::OnlyHoles { name: input.name.clone() });
-    }
-    let baseline = args.baseline.refine(table.topology(), input)?;
-    let surface = table.surface(&points);
-    let rate = rate::for_picture(&table, &points, camera, args.size);
-    let options = TessellateOptions {
-        rates: Rates::Uniform(rate),
-        facets: Facets::Triangles,
-        normals: false,
-        places: true,
-        ..TessellateOptions::default()
-    };
-    let tessellated = surface.tessellate(&options);
-    let tessellated = tessellated.map_err(|source| Failure::Tessellate { name: input.name.clone(), source })?;
-    let mesh = render_mesh(tessellated);
-    console.note(&format_args!("rate {rate}: {} triangles", mesh.triangles.len()));
-    let tessellated_s = start.elapsed().as_secs_f64();
-
-    let painter = Painter::new(surface, args.show, baseline.as_ref(), &mesh);
-    let mut overlay = match args.show {
-        Show::Wireframe | Show::Patches | Show::Levels => Overlay::wireframe(lines::edge_curves(&surface, rate)),
-        Show::Cage => {
-            let edges = lines::cage_edges(table.topology());
-            let mean = rate::mean_px(&edges, &points, camera, args.size);
-            Overlay::cage(&points, &edges).thinned(mean as f32)
-        }
-        _ => Overlay::default(),
-    };
-    if let Some(baseline) = &baseline {
-        overlay.lines.extend(patch_lines::patch_lines(&surface, baseline, rate, camera, args.size));
-    }
-    overlay.legend = painter.legend();
-    let options = Options {
-        width: args.size[0],
-        height: args.size[1],
-        samples: args.samples,
-        camera,
-        show: args.show,
-        background: args.background,
-        ..Options::default()
-    };
-    let bar = console.progress("rendering", 1000);
-    let tell = |done: f32| bar.set_position((done * 1000.0) as u64);
-    let scene = Scene::new(&mesh).map_err(|error| fail(input, error.into()))?;
-    let image = scene.render(&painter, &overlay, &options, Some(&tell)).map_err(|error| fail(input, error))?;
-    bar.finish_and_clear();
-    let (triangles, seconds) = (mesh.triangles.len(), start.elapsed().as_secs_f64());
-    Ok(Picture { image, rate, triangles, tessellated_s, seconds })
-}
-
-fn fail(input: &Input, source: subsurf_render::RenderError) -> Failure {
-    Failure::Render { name: input.name.clone(), source }
-}
-
-/// The triangles with their places.
-fn render_mesh(tessellated: Tessellation<f32>) -> RenderMesh {
-    let places = tessellated.places.unwrap_or_default();
-    let triangle = |i: usize| {
-        let corner = |k: usize| 3 * i + k;
-        let (face, subface) = places.facet[i];
-        RenderTriangle {
-            corners: [0, 1, 2].map(|k| tessellated.corners[corner(k)]),
-            face,
-            subface,
-            uv: [0, 1, 2].map(|k| places.corner_uv[corner(k)].map(|x| x as f32)),
-        }
-    };
-    let triangles = (0..places.facet.len()).into_par_iter().map(triangle).collect();
-    RenderMesh { positions: tessellated.positions, triangles }
 }
 
 #[cfg(test)]

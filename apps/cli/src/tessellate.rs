@@ -5,6 +5,7 @@ use crate::console::{Console, print_json};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::memory;
+use crate::normals::NormalArgs;
 use crate::output::Output;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, ArgGroup, Args};
@@ -20,6 +21,7 @@ Examples:
   subsurf tessellate spot.obj --tolerance 0.001 -o spot.obj     within 0.001 model units of the surface
   subsurf tessellate spot.obj -r 4 --triangles -o - | less      triangles, as OBJ on standard output
   subsurf tessellate box.obj -r 4 --triangles smooth -o b.ply   quads, with smoother weights at triangles
+  subsurf tessellate car.obj -r 8 --normals a4 -o car.glb       normals without kinks at extraordinary vertices
 
 Vertices are shared, so that the mesh is watertight. Along infinitely sharp creases every side has normals of its own;
 OBJ files keep positions shared there, PLY and GLB files repeat them. --tolerance and --edge-length that need more than
@@ -61,6 +63,8 @@ pub struct TessellateArgs {
         hide_possible_values = true,
     )]
     triangles: Vec<TrianglesWord>,
+    #[command(flatten)]
+    normals: NormalArgs,
     #[command(flatten)]
     evaluator: Evaluator,
 }
@@ -113,6 +117,7 @@ impl TessellateArgs {
 
 /// Runs the verb.
 pub fn run(args: &TessellateArgs, common: &Common, console: &Console) -> Result<(), Failure> {
+    args.normals.check()?;
     let facets = args.facets()?;
     let output = Output::new(&args.output, common)?;
     output.check_mesh()?;
@@ -144,6 +149,7 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
     if table.size().patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
     }
+    let shading = args.normals.shading(&table, &points, input, |n| n)?;
     let texture = input.texture::<T>(table.topology())?;
     if let Rates::Uniform(rate) = options.rates {
         memory::check(&input.name, format!("rate {rate}"), uniform_bytes(&table, rate, size_of::<T>()))?;
@@ -154,7 +160,7 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
     let bar = console.progress("tessellating", 2);
     let mesh = table
         .surface(&points)
-        .tessellate(options)
+        .tessellate_shaded(options, &shading)
         .map_err(|source| Failure::Tessellate { name: input.name.clone(), source })?;
     let texture = texture
         .map(|texture| {

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! The pipeline, in the order of its files: `mesh`, [`bvh`] (rays against triangles), `camera`, `sampler` (points in
-//! a pixel), `shader`, `light` (the studio), `trace` (samples of a pixel), `smooth` (of visibility over the surface),
+//! a pixel), `shader`, `stripes`, `light` (the studio), `trace` (samples of a pixel), `smooth` (of visibility over the surface),
 //! `overlay`, `legend`, `image`; `scene` runs it. Work is shared among rayon's threads, and the picture is the same to
 //! the bit for any number of them.
 //!
@@ -40,6 +40,7 @@ mod scene;
 mod shader;
 mod show;
 mod smooth;
+mod stripes;
 mod trace;
 
 pub use camera::{Camera, CameraParseError, View};
@@ -51,3 +52,4 @@ pub use overlay::{Dot, Overlay, Polyline, Stroke};
 pub use scene::{Background, Options, Progress, Scene, render};
 pub use shader::{Faceted, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals};
 pub use show::{Show, ShowParseError};
+pub use stripes::{MAX_STRIPES, Stripes};

@@ -48,11 +48,26 @@ pub fn category(index: usize) -> [f32; 3] {
 const SCALE: [[u8; 3]; 6] =
     [[71, 74, 142], [52, 105, 146], [33, 138, 141], [58, 174, 118], [137, 208, 73], [249, 226, 60]];
 
+/// Stops of a scale from blue over nearly white to red, as dark at one end as at the other; told apart also by those
+/// who see no red or no green.
+const BALANCE: [[u8; 3]; 7] =
+    [[32, 76, 158], [88, 140, 205], [172, 202, 232], [244, 243, 239], [246, 198, 164], [226, 121, 82], [170, 34, 38]];
+
 /// A colour of a scale, for `t` from 0 (dark) to 1 (light).
 pub fn sequential(t: f32) -> [f32; 3] {
-    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (SCALE.len() - 1) as f32;
-    let stop = (t as usize).min(SCALE.len() - 2);
-    let (a, b, f) = (linear(SCALE[stop]), linear(SCALE[stop + 1]), t - stop as f32);
+    between(&SCALE, t)
+}
+
+/// A colour of a scale with two sides, for `t` from −1 (blue) over 0 (nearly white) to 1 (red).
+pub fn diverging(t: f32) -> [f32; 3] {
+    between(&BALANCE, 0.5 + 0.5 * t)
+}
+
+/// Linear between equidistant stops, for `t` from 0 to 1.
+fn between(stops: &[[u8; 3]], t: f32) -> [f32; 3] {
+    let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) } * (stops.len() - 1) as f32;
+    let stop = (t as usize).min(stops.len() - 2);
+    let (a, b, f) = (linear(stops[stop]), linear(stops[stop + 1]), t - stop as f32);
     [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * f)
 }
 
@@ -72,9 +87,22 @@ mod tests {
         }
     }
 
+    fn luminance(c: [f32; 3]) -> f32 {
+        0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
+    }
+
+    #[test]
+    fn the_scale_with_two_sides_darkens_evenly_from_its_middle() {
+        let side = |sign: f32| (0..=12).map(move |i| luminance(diverging(sign * i as f32 / 12.0)));
+        for (a, b) in side(-1.0).zip(side(1.0)) {
+            // Chosen by eye: neither side looks larger than the other.
+            assert!((a - b).abs() < 0.08, "{a} {b}");
+        }
+        assert!(side(-1.0).is_sorted_by(|a, b| a > b) && side(1.0).is_sorted_by(|a, b| a > b));
+    }
+
     #[test]
     fn the_scale_rises_in_luminance() {
-        let luminance = |c: [f32; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
         let scale: Vec<f32> = (0..=20).map(|i| luminance(sequential(i as f32 / 20.0))).collect();
         assert!(scale.is_sorted_by(|a, b| a < b), "{scale:?}");
     }

@@ -1,11 +1,13 @@
 //! From a mesh to a picture.
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Stack};
 use crate::camera::{Camera, Lens};
 use crate::error::{MAX_PIXELS, MAX_SAMPLES, MAX_SIDE};
 use crate::light::{Studio, interreflected, tone};
 use crate::trace::{Floor, Pixel, Scratch, Tracer};
-use crate::{Image, Overlay, RenderError, RenderMesh, SceneError, Show, SurfaceShader, palette, smooth};
+use crate::{
+    Faceted, Image, Overlay, RenderError, RenderMesh, SceneError, Show, SurfaceAt, SurfaceShader, palette, smooth,
+};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -153,10 +155,44 @@ impl<'a> Scene<'a> {
         options: &Options,
         progress: Option<Progress<'_>>,
     ) -> Result<Image, RenderError> {
-        options.check()?;
         overlay.check()?;
+        let tracer = self.tracer(shader, overlay, options)?;
+        let lens = tracer.lens;
+        let pixels = traced(&tracer, progress);
+        let mut colors = self.developed(&pixels, &lens, options);
+        drop(pixels);
+        overlay.draw(&mut colors, &lens, [options.width, options.height], &self.bvh, self.radius);
+        let dither = options.background == Background::Gradient;
+        Ok(Image::from_linear(options.width, options.height, &colors, dither))
+    }
+
+    /// The places that the same picture shows in the middle of every `step`-th pixel of every `step`-th row; for
+    /// statistics over what is seen.
+    ///
+    /// # Errors
+    /// As for [`render`](Self::render).
+    ///
+    /// # Panics
+    /// If `step` is 0.
+    pub fn seen(&self, overlay: &Overlay, options: &Options, step: u32) -> Result<Vec<SurfaceAt>, RenderError> {
+        overlay.check()?;
+        let tracer = self.tracer(&Faceted, overlay, options)?;
+        let rows: Vec<u32> = (0..options.height).step_by(step as usize).collect();
+        let row = |stack: &mut Stack, y: u32| -> Vec<SurfaceAt> {
+            (0..options.width).step_by(step as usize).filter_map(|x| tracer.middle(x, y, stack)).collect()
+        };
+        Ok(rows.into_par_iter().map_init(Stack::new, row).flatten_iter().collect())
+    }
+
+    fn tracer<'s>(
+        &'s self,
+        shader: &'s dyn SurfaceShader,
+        overlay: &Overlay,
+        options: &Options,
+    ) -> Result<Tracer<'s>, RenderError> {
+        options.check()?;
         let lens = self.lens(overlay, options)?;
-        let tracer = Tracer {
+        Ok(Tracer {
             mesh: self.mesh,
             bvh: &self.bvh,
             shader,
@@ -169,13 +205,7 @@ impl<'a> Scene<'a> {
             epsilon: self.epsilon,
             size: [options.width, options.height],
             samples: options.samples,
-        };
-        let pixels = traced(&tracer, progress);
-        let mut colors = self.developed(&pixels, &lens, options);
-        drop(pixels);
-        overlay.draw(&mut colors, &lens, [options.width, options.height], &self.bvh, self.radius);
-        let dither = options.background == Background::Gradient;
-        Ok(Image::from_linear(options.width, options.height, &colors, dither))
+        })
     }
 
     fn lens(&self, overlay: &Overlay, options: &Options) -> Result<Lens, RenderError> {

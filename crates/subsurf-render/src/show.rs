@@ -19,23 +19,51 @@ pub enum Show {
     Patches,
     /// The shader's colours: one for each level.
     Levels,
+    /// The shader's colours: stripes of equal angle between the normal and a direction.
+    Isophotes,
+    /// The shader's colours: the mirror image of parallel straight lights.
+    ReflectionLines,
+    /// The shader's colours: a scale of Gaussian curvature.
+    Gaussian,
+    /// The shader's colours: a scale of mean curvature.
+    Mean,
+    /// The shader's colours: a scale of how much of the normal is blended in.
+    BlendWeight,
 }
 
 impl Show {
     /// All, with the names that they parse from.
-    pub const ALL: [(&str, Self); 6] = [
+    pub const ALL: [(&str, Self); 11] = [
         ("shaded", Self::Shaded),
         ("normals", Self::Normals),
         ("wireframe", Self::Wireframe),
         ("cage", Self::Cage),
         ("patches", Self::Patches),
         ("levels", Self::Levels),
+        ("isophotes", Self::Isophotes),
+        ("reflection-lines", Self::ReflectionLines),
+        ("gaussian", Self::Gaussian),
+        ("mean", Self::Mean),
+        ("blend-weight", Self::BlendWeight),
     ];
+
+    /// How much light and shade colours get: numbers none, so that they can be read off the picture; scales a little,
+    /// so that form shows and colours still match the legend.
+    pub(crate) fn lit(self) -> f32 {
+        match self {
+            Self::Normals => 0.0,
+            Self::Isophotes | Self::ReflectionLines => 0.25,
+            Self::Gaussian | Self::Mean | Self::BlendWeight => 0.45,
+            Self::Shaded | Self::Wireframe | Self::Cage | Self::Patches | Self::Levels => 1.0,
+        }
+    }
 }
 
 /// A name that is none of [`Show::ALL`].
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("'{0}' cannot be shown; use shaded, normals, wireframe, cage, patches or levels")]
+#[error(
+    "'{0}' cannot be shown; use one of shaded, normals, wireframe, cage, patches, levels, isophotes, reflection-lines, gaussian, mean, blend-weight"
+)]
 pub struct ShowParseError(String);
 
 impl FromStr for Show {

@@ -161,17 +161,26 @@ impl Tracer<'_> {
         let normal = if facing < 1e-3 { (normal + view * (1e-3 - facing)).normalize_or(flat) } else { normal };
 
         let point = SurfacePoint { at, position: position.into(), normal: normal.into(), view: view.into(), front };
-        let (albedo, lit) = match self.show {
-            Show::Shaded | Show::Wireframe | Show::Cage => (Vec3::from(crate::palette::clay()), 1.0),
-            Show::Normals => (Vec3::from((normal * 0.5 + 0.5).to_array().map(encoded_to_linear)), 0.0),
-            Show::Patches | Show::Levels => (Vec3::from(self.shader.color(&point)), 1.0),
+        let albedo = match self.show {
+            Show::Shaded | Show::Wireframe | Show::Cage => crate::palette::clay(),
+            Show::Normals => (normal * 0.5 + 0.5).to_array().map(encoded_to_linear),
+            _ => self.shader.color(&point),
         };
-        let Response { fixed, sky, key } = self.studio.respond(albedo, normal, view, front, lit);
+        let albedo = Vec3::from(albedo);
+        let Response { fixed, sky, key } = self.studio.respond(albedo, normal, view, front, self.show.lit());
         pixel.fixed += fixed.extend(1.0);
         pixel.sky += sky;
         pixel.key += key;
         pixel.albedo += albedo.element_sum() / 3.0;
         Lit { position, normal, flat, on: Some((hit.triangle, weights)) }
+    }
+
+    /// What the middle of a pixel sees of the mesh.
+    pub fn middle(&self, x: u32, y: u32, stack: &mut Stack) -> Option<SurfaceAt> {
+        let [width, height] = self.size.map(|side| side as f32);
+        let direction = self.lens.direction((x as f32 + 0.5) / width, (y as f32 + 0.5) / height);
+        let ray = Ray { origin: self.lens.eye, direction, reach: f32::INFINITY };
+        self.bvh.nearest(&ray, stack).map(|hit| self.at(hit.triangle, hit.barycentric))
     }
 
     fn at(&self, index: u32, weights: [f32; 3]) -> SurfaceAt {

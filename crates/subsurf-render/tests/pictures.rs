@@ -177,7 +177,7 @@ fn lines_that_pass_the_eye_are_cut_off() {
 #[test]
 fn a_legend_shows_its_colours() {
     let entries = (0..3).map(|i| (palette::category(i), format!("kind {i} of ünits"))).collect();
-    let overlay = Overlay { legend: Some(Legend { entries }), ..Overlay::default() };
+    let overlay = Overlay { legend: Some(Legend { entries, ..Legend::default() }), ..Overlay::default() };
     let image = picture(&square(), &overlay, &Options { width: 320, height: 180, ..small() });
     for i in 0..3 {
         let count =

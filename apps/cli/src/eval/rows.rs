@@ -3,18 +3,20 @@
 use super::Summary;
 use super::places::Words;
 use super::table_error::RowError;
-use subsurf::{Derivatives, Jet, LimitSurface, Location, Real};
+use subsurf::{Derivatives, Jet, LimitSurface, Location, Real, ShadingNormals};
 
 /// Columns beyond the usual ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns {
     pub second: bool,
     pub curvature: bool,
+    pub blend_weight: bool,
 }
 
 const USUAL: &str = "face,subface,u,v,x,y,z,du_x,du_y,du_z,dv_x,dv_y,dv_z,n_x,n_y,n_z,derivatives";
 const SECOND: &str = ",duu_x,duu_y,duu_z,duv_x,duv_y,duv_z,dvv_x,dvv_y,dvv_z";
 const CURVATURE: &str = ",k1,k2,gaussian,mean";
+const BLEND_WEIGHT: &str = ",b";
 const TEXTURE: &str = ",s,t,du_s,du_t,dv_s,dv_t";
 
 /// A number of the chosen precision, written with the fewest digits from which it reads back: at most 17 or 9.
@@ -37,21 +39,28 @@ impl Number for f32 {
 /// Evaluates and writes rows.
 pub struct Rows<'a, T> {
     surface: LimitSurface<'a, T, 3>,
+    shading: ShadingNormals<'a>,
     texture: Option<LimitSurface<'a, T, 2>>,
     columns: Columns,
 }
 
 impl<'a, T: Number> Rows<'a, T> {
-    pub fn new(surface: LimitSurface<'a, T, 3>, texture: Option<LimitSurface<'a, T, 2>>, columns: Columns) -> Self {
-        Self { surface, texture, columns }
+    pub fn new(
+        surface: LimitSurface<'a, T, 3>,
+        shading: ShadingNormals<'a>,
+        texture: Option<LimitSurface<'a, T, 2>>,
+        columns: Columns,
+    ) -> Self {
+        Self { surface, shading, texture, columns }
     }
 
     /// The names of the columns.
     pub fn header(&self) -> String {
         let second = if self.columns.second { SECOND } else { "" };
         let curvature = if self.columns.curvature { CURVATURE } else { "" };
+        let blend_weight = if self.columns.blend_weight { BLEND_WEIGHT } else { "" };
         let texture = if self.texture.is_some() { TEXTURE } else { "" };
-        format!("{USUAL}{second}{curvature}{texture}\n")
+        format!("{USUAL}{second}{curvature}{blend_weight}{texture}\n")
     }
 
     /// Appends the row of the place `at`, which was given as `words`.
@@ -62,7 +71,7 @@ impl<'a, T: Number> Rows<'a, T> {
         out: &mut Vec<u8>,
         counts: &mut Summary,
     ) -> Result<(), RowError> {
-        let Columns { second, curvature } = self.columns;
+        let Columns { second, curvature, blend_weight } = self.columns;
         let jet = if second || curvature { self.surface.eval_second(at) } else { self.surface.eval(at) };
         let jet: Jet<3> = jet.ok_or(RowError::Hole { face: at.face.0 })?;
         for word in words.fields {
@@ -72,7 +81,7 @@ impl<'a, T: Number> Rows<'a, T> {
         for vector in [jet.position, jet.du, jet.dv] {
             fields::<T>(&vector, out);
         }
-        optional_fields::<T, 3>(jet.normal(), out);
+        optional_fields::<T, 3>(self.shading.normal(at, &jet), out);
         out.extend_from_slice(match jet.derivatives {
             Derivatives::Finite => b"finite",
             Derivatives::Vanishes => b"vanishes",
@@ -85,6 +94,9 @@ impl<'a, T: Number> Rows<'a, T> {
         if curvature {
             let all = jet.curvature().map(|c| [c.k1, c.k2, c.gaussian, c.mean]);
             optional_fields::<T, 4>(all, out);
+        }
+        if blend_weight {
+            fields::<T>(&[self.shading.blend_weight(at)], out);
         }
         if let Some(jet) = self.texture.and_then(|texture| texture.eval(at)) {
             fields::<T>(&jet.position, out);

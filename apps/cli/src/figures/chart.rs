@@ -43,8 +43,6 @@ pub struct Curve {
 pub enum Look {
     /// Joined by a line of this width.
     Line(u32),
-    /// Joined by a broken line of this width.
-    Broken(u32),
     /// Dots of this radius.
     Dots(u32),
     /// A line with dots.
@@ -97,27 +95,35 @@ impl Axis {
     }
 
     fn text(&self, place: f64) -> String {
-        const POWERS: [&str; 10] = ["1", "10", "100", "1000", "10⁴", "10⁵", "10⁶", "10⁷", "10⁸", "10⁹"];
-        match self.logarithmic {
-            true => POWERS.get(place.round() as usize).map_or_else(|| format!("{place}"), ToString::to_string),
-            // Rounded to what a tick can be.
-            false => format!("{}", (place * 1e6).round() / 1e6 + 0.0),
+        const LARGE: [&str; 6] = ["10⁴", "10⁵", "10⁶", "10⁷", "10⁸", "10⁹"];
+        if self.logarithmic {
+            let power = place.round() as i32;
+            return LARGE
+                .get((power - 4) as usize)
+                .map_or_else(|| format!("{}", 10f64.powi(power)), ToString::to_string);
         }
+        // Rounded to what a tick can be.
+        format!("{}", (place * 1e6).round() / 1e6 + 0.0)
     }
 }
 
-/// Draws charts side by side. Infallible: a string takes every drawing.
+/// The drawing is made this many times as large as it is shown, because its coordinates are whole numbers.
+const FINE: u32 = 4;
+
+/// Draws charts side by side, `width × height` pixels together. Infallible: a string takes every drawing.
 pub fn svg(charts: &[Chart], [width, height]: [u32; 2]) -> String {
     let mut text = String::new();
+    let drawn = [width, height].map(|x| FINE * x);
     {
-        let root = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut text, (drawn[0], drawn[1])).into_drawing_area();
         root.fill(&WHITE).expect("a string takes every drawing");
         for (area, chart) in root.split_evenly((1, charts.len())).iter().zip(charts) {
             draw(area, chart).expect("a string takes every drawing");
         }
         root.present().expect("a string takes every drawing");
     }
-    text
+    let size = |[width, height]: [u32; 2]| format!("<svg width=\"{width}\" height=\"{height}\"");
+    text.replacen(&size(drawn), &size([width, height]), 1)
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -125,13 +131,13 @@ type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBacke
 
 fn draw<'a>(area: &Area<'a>, chart: &Chart) -> Drawn<'a> {
     let (x, y) = (&chart.x, &chart.y);
-    let label = (FONT, 14).into_font().color(&INK);
+    let label = (FONT, 14 * FINE).into_font().color(&INK);
     let mut context = ChartBuilder::on(area)
-        .margin(10)
-        .margin_right(18)
-        .caption(&chart.title, (FONT, 17).into_font().color(&INK))
-        .x_label_area_size(if x.ticks == 0 { 8 } else { 44 })
-        .y_label_area_size(if y.ticks == 0 { 8 } else { 58 })
+        .margin(10 * FINE)
+        .margin_right(18 * FINE)
+        .caption(&chart.title, (FONT, 17 * FINE).into_font().color(&INK))
+        .x_label_area_size(FINE * if x.ticks == 0 { 8 } else { 44 })
+        .y_label_area_size(FINE * if y.ticks == 0 { 8 } else { 58 })
         .build_cartesian_2d(x.place(x.from)..x.place(x.to), y.place(y.from)..y.place(y.to))?;
     if x.ticks + y.ticks > 0 {
         context
@@ -143,9 +149,9 @@ fn draw<'a>(area: &Area<'a>, chart: &Chart) -> Drawn<'a> {
             .x_label_formatter(&|place| x.text(*place))
             .y_label_formatter(&|place| y.text(*place))
             .light_line_style(WHITE)
-            .bold_line_style(FAINT)
-            .axis_style(GREY)
-            .label_style((FONT, 13).into_font().color(&INK))
+            .bold_line_style(FAINT.stroke_width(FINE))
+            .axis_style(GREY.stroke_width(FINE))
+            .label_style((FONT, 13 * FINE).into_font().color(&INK))
             .axis_desc_style(label.clone())
             .draw()?;
     }
@@ -153,33 +159,26 @@ fn draw<'a>(area: &Area<'a>, chart: &Chart) -> Drawn<'a> {
         let points: Vec<(f64, f64)> = curve.points.iter().map(|p| (x.place(p[0]), y.place(p[1]))).collect();
         let color = curve.color;
         let key = match curve.look {
-            Look::Line(width) => context.draw_series(LineSeries::new(points, color.stroke_width(width)))?,
-            Look::Broken(width) => {
-                context.draw_series(DashedLineSeries::new(points, 5, 4, color.stroke_width(width)))?
-            }
+            Look::Line(width) => context.draw_series(LineSeries::new(points, color.stroke_width(width * FINE)))?,
             Look::Dots(radius) => {
-                context.draw_series(points.into_iter().map(|p| Circle::new(p, radius, color.filled())))?
+                context.draw_series(points.into_iter().map(|p| Circle::new(p, radius * FINE, color.filled())))?
             }
             Look::Marked(width) => {
-                context.draw_series(points.iter().map(|&p| Circle::new(p, width + 1, color.filled())))?;
-                context.draw_series(LineSeries::new(points, color.stroke_width(width)))?
+                context.draw_series(points.iter().map(|&p| Circle::new(p, (width + 1) * FINE, color.filled())))?;
+                context.draw_series(LineSeries::new(points, color.stroke_width(width * FINE)))?
             }
         };
         if let Some(label) = &curve.label {
-            let (stroke, broken) = match curve.look {
-                Look::Line(w) | Look::Marked(w) => (w, false),
-                Look::Broken(w) => (w, true),
-                Look::Dots(w) => (2 * w, false),
+            let stroke = match curve.look {
+                Look::Line(width) | Look::Marked(width) => width,
+                Look::Dots(radius) => 2 * radius,
             };
-            key.label(label).legend(move |(x, y)| {
-                let gap = if broken { 3 } else { 0 };
-                let dash = |from, to| PathElement::new([(from, 0), (to, 0)], color.stroke_width(stroke));
-                EmptyElement::at((x, y)) + dash(0, 11 - gap) + dash(11 + gap, 22)
-            });
+            let style = color.stroke_width(stroke * FINE);
+            key.label(label).legend(move |(x, y)| PathElement::new([(x, y), (x + 22 * FINE as i32, y)], style));
         }
     }
     for note in &chart.notes {
-        let style = (FONT, 14).into_font().color(&note.color);
+        let style = (FONT, 14 * FINE).into_font().color(&note.color);
         let at = (x.place(note.at[0]), y.place(note.at[1]));
         context.draw_series(std::iter::once(Text::new(note.text.clone(), at, style)))?;
     }
@@ -191,10 +190,10 @@ fn draw<'a>(area: &Area<'a>, chart: &Chart) -> Drawn<'a> {
                 Corner::UpperRight => SeriesLabelPosition::UpperRight,
                 Corner::LowerRight => SeriesLabelPosition::LowerRight,
             })
-            .margin(12)
-            .legend_area_size(30)
+            .margin(12 * FINE)
+            .legend_area_size(30 * FINE)
             .background_style(WHITE.mix(0.85))
-            .border_style(FAINT)
+            .border_style(FAINT.stroke_width(FINE))
             .label_font(label)
             .draw()?;
     }

@@ -12,7 +12,7 @@ use subsurf::{Crease, Location, PatchTable, Scheme, Tags, shapes};
 
 const SHARPNESSES: [f64; 4] = [0.0, 1.0, 1.7, 2.0];
 /// The control polygon; the crease runs through the third point.
-const POLYGON: [[f64; 2]; 4] = [[0.0, 0.35], [0.55, 1.35], [1.9, 1.2], [2.2, 0.0]];
+const POLYGON: [[f64; 2]; 4] = [[0.0, 0.1], [0.3, 1.2], [1.95, 1.45], [2.3, 0.0]];
 /// Rows of faces across the curve: enough that the ends of the crease are out of sight.
 const ROWS: u32 = 5;
 /// Samples of the segment's parameter; a multiple of 4, so that segments end at samples.
@@ -67,14 +67,14 @@ pub fn draw(_: &Settings<'_>) -> Result<Drawing, Failure> {
         }
         charts.push(Chart {
             title: format!("sharpness {sharpness}"),
-            x: Axis::linear("", -0.15, 2.45, 0),
-            y: Axis::linear("", -0.15, 1.6, 0),
+            x: Axis::linear("", -0.15, 2.5, 0),
+            y: Axis::linear("", -0.15, 1.7, 0),
             curves,
             key: None::<Corner>,
             notes: POLYGON
                 .iter()
                 .zip(["P₀", "P₁", "P₂", "P₃"])
-                .zip([[0.06, 0.02], [-0.05, 0.16], [0.08, 0.12], [-0.24, 0.04]])
+                .zip([[0.07, 0.02], [-0.08, 0.2], [0.1, 0.14], [-0.26, 0.06]])
                 .map(|((p, text), [dx, dy])| Note { at: [p[0] + dx, p[1] + dy], text: text.to_owned(), color: GREY })
                 .collect(),
         });

@@ -63,7 +63,7 @@ pub fn draw(_: &Settings<'_>) -> Result<Drawing, Failure> {
         let mut curves =
             vec![Curve { label: Some("control weights".to_owned()), color: GREY, look: Look::Marked(1), points: net }];
         curves.extend(POWERS.into_iter().zip(COLORS).map(|(p, color)| Curve {
-            label: Some(format!("b^p, p = {p}")),
+            label: Some(format!("bᵖ, p = {p}")),
             color,
             look: Look::Line(3),
             points: b.iter().map(|&[x, b]| [x, b.clamp(0.0, 1.0).powf(p)]).collect(),

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use subsurf::{Scheme, Spectrum};
 
 const VALENCES: std::ops::RangeInclusive<u32> = 3..=50;
-const POWERS: [(f64, &str); 3] = [(0.5, "p = 1/2"), (1.0, "p = 1"), (2.0, "p = 2")];
+const POWERS: [(f64, &str); 3] = [(0.5, "p = 1/2"), (1.0, "p = 1; also (μ/λ)²"), (2.0, "p = 2")];
 const SCHEMES: [(Scheme, &str, &str); 2] =
     [(Scheme::CatmullClark, "catmull-clark", "Catmull-Clark"), (Scheme::Loop, "loop", "Loop")];
 
@@ -38,21 +38,15 @@ pub fn draw(_: &Settings<'_>) -> Result<Drawing, Failure> {
             points: vec![[f64::from(*VALENCES.start()), 1.0], [f64::from(*VALENCES.end()), 1.0]],
         }];
         curves.extend(POWERS.into_iter().zip(COLORS).map(|((p, label), color)| Curve {
-            label: Some(format!("theorem, {label}")),
+            label: Some(label.to_owned()),
             color,
             look: Look::Marked(2),
             points: curve(&|s| s.theorem_ratio(p)),
         }));
-        curves.push(Curve {
-            label: Some("(μ/λ)², every p".to_owned()),
-            color: GREY,
-            look: Look::Broken(2),
-            points: curve(&|s| s.gradient_ratio()),
-        });
         charts.push(Chart {
             title: title.to_owned(),
             x: Axis::linear("valence n", f64::from(*VALENCES.start()), f64::from(*VALENCES.end()), 11),
-            y: Axis::linear("factor per level", 0.0, 1.7, 9),
+            y: Axis::linear("μᵖ⁺¹ / λ²", 0.0, 1.7, 9),
             curves,
             key: Some(Corner::LowerRight),
             notes: Vec::new(),

@@ -85,7 +85,7 @@ pub fn powers(settings: &Settings<'_>) -> Result<Drawing, Failure> {
 pub fn weights(settings: &Settings<'_>) -> Result<Drawing, Failure> {
     let blends: [_; 4] = std::array::from_fn(|i| FIELDS[2 + i]);
     let panels = blends.map(|(word, label, _)| {
-        Panel::new(label, format!("--show blend-weight --normals {word} --weights-level 1 {ABOVE}"))
+        Panel::new(label, format!("--show blend-weight --normals {word} --weight-level 1 --edges {ABOVE}"))
     });
     let png = sheet(settings, &twelve(), 4, [316, 300], &panels)?;
 

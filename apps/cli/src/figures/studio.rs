@@ -4,7 +4,6 @@ use super::models::Model;
 use super::{Settings, sheet::Sheet};
 use crate::args::{Cli, Verb};
 use crate::failure::Failure;
-use crate::render;
 use clap::Parser;
 use subsurf_render::Image;
 
@@ -34,7 +33,7 @@ pub fn picture(settings: &Settings<'_>, model: &Model, flags: &str, size: [u32; 
         return Err(Failure::Usage("a figure's flags are not those of `subsurf render`"));
     };
     let input = model.input(args.scheme())?;
-    render::picture(&args, &input, settings.console).map(|picture| picture.image)
+    args.draw(&input, settings.console).map(|picture| picture.image)
 }
 
 /// A sheet of pictures of one model, row by row, labelled by its last row.

@@ -25,7 +25,7 @@ pub fn edge_curves(surface: &LimitSurface<'_, f32, 3>, rate: u32) -> Vec<Vec<[f3
 }
 
 /// The place a share `s` along half-edge `h`.
-fn along(table: &PatchTable, h: HalfEdge, s: f64) -> Location {
+pub fn along(table: &PatchTable, h: HalfEdge, s: f64) -> Location {
     let t = table.topology();
     let face = t.face(h);
     let corner = h.0 - t.half_edge(face, 0).0;
