@@ -35,8 +35,8 @@ pub struct NormalArgs {
     file_normals: bool,
 }
 
-/// Deeper levels do not fit into memory for any mesh worth the name; the library refuses those that do not for this one.
-const MOST_LEVELS: i64 = 20;
+/// Deeper levels are too large for any mesh worth the name; the library refuses those that are for this one.
+const MOST_LEVELS: i64 = 10;
 
 const FIELDS: Choices<NormalField> = &[
     ("limit", NormalField::Limit),

@@ -73,11 +73,11 @@ pub struct RenderArgs {
     #[arg(long)]
     edges: bool,
     /// With stripes: how many dark ones in half a turn (isophotes) or a full turn of the mirror image (reflection-lines)
-    /// [default: 24]
+    /// [default: 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STRIPES)))]
     stripes: Option<u32>,
     /// With stripes: isophotes' angles are measured from this direction, reflection lines' lights run along it
-    /// [default: upwards]
+    /// [default: upwards for isophotes, x for reflection-lines]
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = parse_axis)]
     axis: Option<[f32; 3]>,
     /// With curvature: colours end at plus and minus this [default: what 95% of the visible surface stay within]
@@ -212,8 +212,9 @@ impl RenderArgs {
     }
 
     fn look(&self) -> Look {
-        // Isophotes round the upward axis show as much from every side; lights that run across the picture suit most shapes.
-        let axis = self.axis.map_or([0.0, 1.0, 0.0], |axis| self.up.turned(axis));
+        // Lights that run across the picture look alike from front and back.
+        let default = if self.show == Show::ReflectionLines { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+        let axis = self.axis.map_or(default, |axis| self.up.turned(axis));
         Look {
             size: self.size,
             samples: self.samples,

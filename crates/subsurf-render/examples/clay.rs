@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if matches!(options.show, Show::Patches | Show::Levels) {
         let names = ["regular", "single crease", "valence 3", "valence 5", "boundary", "corner", "other"];
         let entries = names.iter().enumerate().map(|(i, name)| (palette::category(i), (*name).to_owned())).collect();
-        overlay.legend = Some(Legend { entries });
+        overlay.legend = Some(Legend { entries, ..Legend::default() });
     }
 
     let start = Instant::now();

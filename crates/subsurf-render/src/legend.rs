@@ -1,4 +1,4 @@
-//! A key to the colours: a title, a scale, swatches with labels, on a light plate in the lower left corner.
+//! A key to the colours: a title, a scale, swatches with labels, on a light plate in the corner that hides least.
 
 use font8x8::legacy::BASIC_LEGACY;
 use glam::{Vec3, Vec4};
@@ -13,7 +13,7 @@ const INK: Vec3 = Vec3::splat(0.02);
 /// Colours and what they mean. Characters beyond ASCII become `?`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Legend {
-    /// First row, if not empty.
+    /// First rows, if not empty.
     pub title: String,
     /// Linear RGB and a label each, from top to bottom, drawn as one bar with the colours between them.
     pub scale: Vec<([f32; 3], String)>,
@@ -54,26 +54,28 @@ impl Canvas<'_> {
 }
 
 impl Legend {
-    /// Draws over linear, premultiplied `colors`. Twice the font's size at 720 rows; what does not fit is cut off.
-    pub(crate) fn draw(&self, colors: &mut [Vec4], size: [u32; 2]) {
+    /// Draws over linear, premultiplied `colors`, of which the mesh covers these shares, into the corner where it covers
+    /// least; the lower left one if several are alike. Twice the font's size at 720 rows; what does not fit is cut off.
+    pub(crate) fn draw(&self, colors: &mut [Vec4], covered: &[f32], size: [u32; 2]) {
         let unit = (size[1] as usize).div_ceil(360).max(1);
         let mut canvas = Canvas { colors, size: size.map(|x| x as usize), unit };
         let labels = self.scale.iter().chain(&self.entries);
         let columns = labels.map(|(_, text)| CELL + 5 + text.chars().count() * CELL).max().unwrap_or(0);
-        let columns = columns.max(self.title.chars().count() * CELL);
-        let rows = usize::from(!self.title.is_empty()) + self.scale.len() + self.entries.len();
+        let title = self.title.lines().map(|line| line.chars().count() * CELL).max().unwrap_or(0);
+        let columns = columns.max(title);
+        let rows = self.title.lines().count() + self.scale.len() + self.entries.len();
         if columns == 0 {
             return;
         }
         let plate = [(columns + 2 * PADDING) * unit, (rows * ROW + PADDING * 2 - 4) * unit];
-        let (left, top) = (8 * unit, canvas.size[1].saturating_sub(plate[1] + 8 * unit));
+        let [left, top] = corner(plate, 8 * unit, covered, canvas.size);
         canvas.fill([left, top], plate, PLATE_OPACITY, |_| Vec3::ONE);
         let x = left + PADDING * unit;
         let row = |i: usize| top + (PADDING + i * ROW) * unit;
         let mut next = 0;
-        if !self.title.is_empty() {
-            canvas.text([x, row(0)], &self.title);
-            next = 1;
+        for line in self.title.lines() {
+            canvas.text([x, row(next)], line);
+            next += 1;
         }
         if let [first, .., last] = &self.scale[..] {
             // The bar reaches from the first label's cell to the last one's; colours are exact in the cells' middles.
@@ -99,4 +101,17 @@ impl Legend {
             next += 1;
         }
     }
+}
+
+/// Where a plate of this size goes, `margin` away from the picture's sides.
+fn corner(plate: [usize; 2], margin: usize, covered: &[f32], [width, height]: [usize; 2]) -> [usize; 2] {
+    let (right, bottom) = (width.saturating_sub(plate[0] + margin), height.saturating_sub(plate[1] + margin));
+    let hidden = |[left, top]: [usize; 2]| -> f32 {
+        let rows = top..(top + plate[1]).min(height);
+        let columns = left.min(width)..(left + plate[0]).min(width);
+        rows.flat_map(|y| &covered[y * width..][columns.clone()]).sum()
+    };
+    let corners = [[margin, bottom], [margin, margin], [right, bottom], [right, margin]];
+    let hidden = corners.map(|corner| (hidden(corner), corner));
+    hidden.into_iter().reduce(|best, next| if next.0 < best.0 { next } else { best }).map_or(corners[0], |best| best.1)
 }

@@ -52,4 +52,4 @@ pub use overlay::{Dot, Overlay, Polyline, Stroke};
 pub use scene::{Background, Options, Progress, Scene, render};
 pub use shader::{Faceted, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals};
 pub use show::{Show, ShowParseError};
-pub use stripes::{MAX_STRIPES, Stripes};
+pub use stripes::{MAX_STRIPES, Phase, Stripes};

@@ -21,7 +21,7 @@ pub struct Overlay {
     pub lines: Vec<Polyline>,
     /// Drawn over the lines.
     pub dots: Vec<Dot>,
-    /// Drawn last, into the lower left corner.
+    /// Drawn last, into the corner where it hides least of the mesh; the lower left one if there are several.
     pub legend: Option<Legend>,
 }
 
@@ -135,15 +135,23 @@ impl Overlay {
         Ok(())
     }
 
-    /// Draws over linear, premultiplied `colors`.
-    pub(crate) fn draw(&self, colors: &mut [Vec4], lens: &Lens, size: [u32; 2], bvh: &Bvh, radius: f32) {
+    /// Draws over linear, premultiplied `colors`, of which the mesh covers these shares.
+    pub(crate) fn draw(
+        &self,
+        colors: &mut [Vec4],
+        covered: &[f32],
+        lens: &Lens,
+        size: [u32; 2],
+        bvh: &Bvh,
+        radius: f32,
+    ) {
         let projector = Projector { lens, size, bvh, radius };
         let segments = projector.lines(&self.lines);
         let dots = projector.dots(&self.dots);
         draw_shapes(colors, size, &segments);
         draw_shapes(colors, size, &dots);
         if let Some(legend) = &self.legend {
-            legend.draw(colors, size);
+            legend.draw(colors, covered, size);
         }
     }
 }

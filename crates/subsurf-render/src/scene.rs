@@ -160,8 +160,9 @@ impl<'a> Scene<'a> {
         let lens = tracer.lens;
         let pixels = traced(&tracer, progress);
         let mut colors = self.developed(&pixels, &lens, options);
+        let covered: Vec<f32> = pixels.iter().map(|pixel| pixel.fixed.w).collect();
         drop(pixels);
-        overlay.draw(&mut colors, &lens, [options.width, options.height], &self.bvh, self.radius);
+        overlay.draw(&mut colors, &covered, &lens, [options.width, options.height], &self.bvh, self.radius);
         let dither = options.background == Background::Gradient;
         Ok(Image::from_linear(options.width, options.height, &colors, dither))
     }

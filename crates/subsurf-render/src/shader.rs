@@ -3,7 +3,7 @@
 //! The renderer finds where a ray meets a triangle, and asks for everything else there: a shader over an exact surface
 //! gives exact normals in every sample, however coarse the triangles are.
 
-use crate::{RenderMesh, palette};
+use crate::{Phase, RenderMesh, palette};
 use glam::Vec3;
 
 /// A place on the surface: on a triangle, and in the surface's own parameters.
@@ -47,6 +47,13 @@ pub trait SurfaceShader: Sync {
     fn color(&self, point: &SurfacePoint) -> [f32; 3] {
         let _ = point;
         palette::clay()
+    }
+
+    /// The place among stripes, asked where [`Show::Isophotes`](crate::Show) or [`Show::ReflectionLines`](crate::Show)
+    /// is shown; without one, the colour is taken.
+    fn phase(&self, point: &SurfacePoint) -> Option<Phase> {
+        let _ = point;
+        None
     }
 }
 

@@ -19,9 +19,9 @@ pub enum Show {
     Patches,
     /// The shader's colours: one for each level.
     Levels,
-    /// The shader's colours: stripes of equal angle between the normal and a direction.
+    /// The shader's stripes: of equal angle between the normal and a direction.
     Isophotes,
-    /// The shader's colours: the mirror image of parallel straight lights.
+    /// The shader's stripes: the mirror image of parallel straight lights.
     ReflectionLines,
     /// The shader's colours: a scale of Gaussian curvature.
     Gaussian,
@@ -46,6 +46,11 @@ impl Show {
         ("mean", Self::Mean),
         ("blend-weight", Self::BlendWeight),
     ];
+
+    /// Whether the shader is asked for stripes.
+    pub(crate) fn is_striped(self) -> bool {
+        matches!(self, Self::Isophotes | Self::ReflectionLines)
+    }
 
     /// How much light and shade colours get: numbers none, so that they can be read off the picture; scales a little,
     /// so that form shows and colours still match the legend.

@@ -5,14 +5,18 @@
 //! on near and far, small and large surfaces: the lights are great circles through ± the axis, at equal angles round it.
 //! Where normals are continuous stripes do not break, where normals are differentiable stripes have no corners.
 
+//!
+//! A place is a number of stripes, whose colour the renderer averages over what a sample stands for: stripes narrower than
+//! that become grey instead of noise.
+
 use glam::Vec3;
 
 /// Most stripes: more are narrower than pixels on any sphere.
 pub const MAX_STRIPES: u32 = 1000;
 
 /// Linear grey of the two kinds of stripes: not quite black and white, so that form shows in soft light.
-const DARK: f32 = 0.012;
-const LIGHT: f32 = 0.86;
+const DARK: f64 = 0.012;
+const LIGHT: f64 = 0.86;
 
 /// A family of stripes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,31 +29,54 @@ pub struct Stripes {
     pub count: u32,
 }
 
+/// A place among stripes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase {
+    /// Number of stripes up to here: dark in the first half of every unit, light in the second.
+    pub stripes: f32,
+    /// After so many stripes all begins again; infinite if never.
+    pub turn: f32,
+}
+
 impl Stripes {
-    /// Colour of the isophotes at a normal of length one, linear RGB.
-    pub fn isophotes(&self, normal: [f32; 3]) -> [f32; 3] {
-        self.color(angle(self.axis(), Vec3::from(normal)) / std::f32::consts::PI)
+    /// The place of a normal of length one among isophotes.
+    pub fn isophotes(&self, normal: [f32; 3]) -> Phase {
+        let turn = angle(self.axis(), Vec3::from(normal)) / std::f32::consts::PI;
+        Phase { stripes: turn * self.count as f32, turn: f32::INFINITY }
     }
 
-    /// Colour of the reflection lines where the normal and the direction towards the eye, of length one, are these.
-    pub fn reflection_lines(&self, normal: [f32; 3], view: [f32; 3]) -> [f32; 3] {
+    /// The place among reflection lines where the normal and the direction towards the eye, of length one, are these.
+    pub fn reflection_lines(&self, normal: [f32; 3], view: [f32; 3]) -> Phase {
         let (normal, view) = (Vec3::from(normal), Vec3::from(view));
         let reflected = 2.0 * normal.dot(view) * normal - view;
         // Angles are from straight up, or from +z round a vertical axis.
         let axis = self.axis();
         let up = [Vec3::Y, Vec3::Z].map(|up| up - up.dot(axis) * axis);
         let up = if up[0].length() > 0.1 { up[0] } else { up[1] }.normalize();
-        let turn = reflected.dot(axis.cross(up)).atan2(reflected.dot(up));
-        self.color(turn / std::f32::consts::TAU)
+        let turn = reflected.dot(axis.cross(up)).atan2(reflected.dot(up)) / std::f32::consts::TAU;
+        Phase { stripes: turn * self.count as f32, turn: self.count as f32 }
     }
 
     fn axis(&self) -> Vec3 {
         Vec3::from(self.axis).normalize_or(Vec3::Y)
     }
+}
 
-    /// Dark in the first half of each of `count` parts of the unit interval, light in the second.
-    fn color(&self, t: f32) -> [f32; 3] {
-        [if (t * self.count as f32).rem_euclid(1.0) < 0.5 { DARK } else { LIGHT }; 3]
+impl Phase {
+    /// How many stripes lie between two places, the shorter way.
+    pub(crate) fn distance(self, other: Self) -> f32 {
+        let d = (self.stripes - other.stripes).abs();
+        if self.turn.is_finite() { d.min(self.turn - d) } else { d }
+    }
+
+    /// Linear grey, averaged over `width` stripes.
+    pub(crate) fn grey(self, width: f32) -> f32 {
+        // Below this the average is one of both in nearly all places, and differences would be rounding.
+        let width = f64::from(width).max(1e-4);
+        let light = |x: f64| 0.5 * x.floor() + (x.rem_euclid(1.0) - 0.5).max(0.0);
+        let x = f64::from(self.stripes);
+        let share = (light(x + 0.5 * width) - light(x - 0.5 * width)) / width;
+        (DARK + (LIGHT - DARK) * share) as f32
     }
 }
 
@@ -62,9 +89,13 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
 mod tests {
     use super::*;
 
+    fn is_dark(phase: Phase) -> bool {
+        phase.grey(0.0) < 0.4
+    }
+
     /// How often neighbours differ.
-    fn changes(colors: impl Iterator<Item = [f32; 3]>) -> usize {
-        let all: Vec<_> = colors.collect();
+    fn changes(stripes: impl Iterator<Item = Phase>) -> usize {
+        let all: Vec<_> = stripes.map(is_dark).collect();
         all.windows(2).filter(|pair| pair[0] != pair[1]).count()
     }
 
@@ -82,7 +113,7 @@ mod tests {
         let colors: Vec<_> = half_turn(Vec3::Y, Vec3::X).map(|n| stripes.isophotes(n.into())).collect();
         // 12 dark and 12 light ones, and 23 changes.
         assert_eq!(changes(colors.iter().copied()), 23);
-        let dark = colors.iter().filter(|c| c[0] == DARK).count();
+        let dark = colors.iter().filter(|&&c| is_dark(c)).count();
         assert!(dark.abs_diff(1000) <= 12, "{dark}");
     }
 
@@ -94,6 +125,28 @@ mod tests {
             stripes.isophotes(Vec3::new(0.6 * cos, 0.6 * sin, 0.8).into())
         });
         assert_eq!(changes(ring), 0);
+    }
+
+    #[test]
+    fn the_average_over_whole_stripes_is_the_mean_of_both_greys_and_over_little_one_of_them() {
+        let mean = ((DARK + LIGHT) / 2.0) as f32;
+        for i in 0..40 {
+            let phase = Phase { stripes: 3.0 + i as f32 / 40.0, turn: 10.0 };
+            assert!((phase.grey(1.0) - mean).abs() < 1e-6 && (phase.grey(5.0) - mean).abs() < 1e-6);
+            let one = if i < 20 { DARK } else { LIGHT } as f32;
+            // At the very edge between both the average is in between.
+            assert!(i % 20 == 0 || (phase.grey(0.01) - one).abs() < 1e-6, "{i}");
+        }
+        let edge = Phase { stripes: 2.5, turn: 10.0 };
+        assert!((edge.grey(0.2) - mean).abs() < 1e-6);
+    }
+
+    #[test]
+    fn stripes_are_counted_the_shorter_way_round() {
+        let [a, b] = [-4.9, 4.9].map(|stripes| Phase { stripes, turn: 10.0 });
+        assert!((a.distance(b) - 0.2).abs() < 1e-6);
+        let [a, b] = [a, b].map(|phase| Phase { turn: f32::INFINITY, ..phase });
+        assert!((a.distance(b) - 9.8).abs() < 1e-6);
     }
 
     #[test]

@@ -5,8 +5,8 @@ use crate::camera::Lens;
 use crate::light::{KEY_TANGENT, Response, Studio};
 use crate::sampler::{Sampler, cone, cosine, tent};
 use crate::shader::{SurfaceAt, SurfacePoint, SurfaceShader};
-use crate::{RenderMesh, Show};
-use glam::{DVec3, Vec3, Vec4};
+use crate::{Phase, RenderMesh, Show};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 /// Radius of the reconstruction filter in pixels: larger blurs, smaller shows steps.
 const FILTER_RADIUS: f32 = 1.0;
@@ -86,6 +86,17 @@ struct Lit {
     flat: Vec3,
     /// Where on which triangle; `None` on the floor.
     on: Option<(u32, [f32; 3])>,
+    /// Colour that is known only once all samples of the pixel are.
+    striped: Option<Striped>,
+}
+
+/// A sample among stripes.
+struct Striped {
+    phase: Phase,
+    /// Where in the picture, in pixels.
+    offset: Vec2,
+    view: Vec3,
+    front: bool,
 }
 
 impl Tracer<'_> {
@@ -102,10 +113,14 @@ impl Tracer<'_> {
             );
             let ray = Ray { origin: self.lens.eye, direction, reach: f32::INFINITY };
             let lit = match self.bvh.nearest(&ray, stack) {
-                Some(hit) => Some(self.surface(&hit, direction, &mut pixel)),
+                Some(hit) => Some(self.surface(&hit, direction, offset, &mut pixel)),
                 None => self.floor_shadow(direction, &mut pixel),
             };
             places.extend(lit.map(|lit| (sample, lit)));
+        }
+
+        if self.show.is_striped() {
+            self.color_stripes(places, &mut pixel);
         }
 
         // What lies on one smooth piece is smoothed later and needs few rays. Edges must do with their own.
@@ -144,7 +159,7 @@ impl Tracer<'_> {
     }
 
     /// Adds the light of a place on the mesh.
-    fn surface(&self, hit: &Hit, direction: Vec3, pixel: &mut Pixel) -> Lit {
+    fn surface(&self, hit: &Hit, direction: Vec3, offset: Vec2, pixel: &mut Pixel) -> Lit {
         let triangle = &self.mesh.triangles[hit.triangle as usize];
         let [a, b, c] = triangle.corners.map(|i| Vec3::from(self.mesh.positions[i as usize]));
         let weights = hit.barycentric;
@@ -161,18 +176,47 @@ impl Tracer<'_> {
         let normal = if facing < 1e-3 { (normal + view * (1e-3 - facing)).normalize_or(flat) } else { normal };
 
         let point = SurfacePoint { at, position: position.into(), normal: normal.into(), view: view.into(), front };
+        let mut lit = Lit { position, normal, flat, on: Some((hit.triangle, weights)), striped: None };
+        let phase = if self.show.is_striped() { self.shader.phase(&point) } else { None };
+        if let Some(phase) = phase {
+            lit.striped = Some(Striped { phase, offset, view, front });
+            return lit;
+        }
         let albedo = match self.show {
             Show::Shaded | Show::Wireframe | Show::Cage => crate::palette::clay(),
             Show::Normals => (normal * 0.5 + 0.5).to_array().map(encoded_to_linear),
             _ => self.shader.color(&point),
         };
-        let albedo = Vec3::from(albedo);
-        let Response { fixed, sky, key } = self.studio.respond(albedo, normal, view, front, self.show.lit());
+        self.respond(albedo.into(), &lit, view, front, pixel);
+        lit
+    }
+
+    /// Adds the light of a sample whose base colour is `albedo`.
+    fn respond(&self, albedo: Vec3, lit: &Lit, view: Vec3, front: bool, pixel: &mut Pixel) {
+        let Response { fixed, sky, key } = self.studio.respond(albedo, lit.normal, view, front, self.show.lit());
         pixel.fixed += fixed.extend(1.0);
         pixel.sky += sky;
         pixel.key += key;
         pixel.albedo += albedo.element_sum() / 3.0;
-        Lit { position, normal, flat, on: Some((hit.triangle, weights)) }
+    }
+
+    /// Adds the light of samples on stripes. Every sample stands for a square of the pixel; how many stripes that has is
+    /// found from how they change from sample to sample on the same piece of surface.
+    fn color_stripes(&self, places: &[(u32, Lit)], pixel: &mut Pixel) {
+        let striped = || places.iter().filter_map(|(_, lit)| Some((lit, lit.striped.as_ref()?)));
+        let (mut slopes, mut pairs) = (0.0, 0.0);
+        for ((lit, at), (next_lit, next)) in striped().zip(striped().skip(1)) {
+            if lit.normal.dot(next_lit.normal) > 0.7 {
+                slopes += at.phase.distance(next.phase) / (at.offset - next.offset).length().max(0.05);
+                pairs += 1.0;
+            }
+        }
+        // The mean of |cos| over all directions is 2/π.
+        let slope = if pairs > 0.0 { slopes / pairs * std::f32::consts::FRAC_PI_2 } else { 0.0 };
+        let width = slope / (self.samples as f32).sqrt();
+        for (lit, at) in striped() {
+            self.respond(Vec3::splat(at.phase.grey(width)), lit, at.view, at.front, pixel);
+        }
     }
 
     /// What the middle of a pixel sees of the mesh.
@@ -235,7 +279,7 @@ impl Tracer<'_> {
         }
         // A black veil: as opaque as the light that is missing.
         pixel.veil += FLOOR_STRENGTH * t * t * (3.0 - 2.0 * t);
-        Some(Lit { position, normal: Vec3::Y, flat: Vec3::Y, on: None })
+        Some(Lit { position, normal: Vec3::Y, flat: Vec3::Y, on: None, striped: None })
     }
 
     /// Casts rays from one sample: with `turns` 2, samples look at the sky and the key light by turns.

@@ -189,6 +189,39 @@ fn a_legend_shows_its_colours() {
 }
 
 #[test]
+fn a_scale_shows_its_colours_and_those_between_under_its_title() {
+    let scale = (0..3).map(|i| (palette::diverging(1.0 - i as f32), format!("{}", 1 - i))).collect();
+    let legend = Legend { title: "a title".to_owned(), scale, ..Legend::default() };
+    let plain = Options { width: 320, height: 180, ..small() };
+    let with = |legend| picture(&square(), &Overlay { legend: Some(legend), ..Overlay::default() }, &plain);
+    let image = with(legend.clone());
+    // The bar's left column: 6 pixels of padding in a plate at 8, above the plate's lower side at 8 and its padding.
+    let bar: Vec<[u8; 4]> =
+        (0..180).map(|y| image.pixel(14, y)).filter(|p| p[..3].iter().any(|&x| x != p[0])).collect();
+    let is_red_first = bar[0][0] > bar[0][2] && bar[bar.len() - 1][2] > bar[bar.len() - 1][0];
+    assert!(is_red_first && bar.len() >= 28, "{bar:?}");
+    let mut colors = bar;
+    colors.dedup();
+    assert!(colors.len() > 20, "{} colours", colors.len());
+    assert_ne!(image, with(Legend { title: "a tilte".to_owned(), ..legend }));
+}
+
+#[test]
+fn what_is_seen_is_what_covers_the_middles_of_pixels() {
+    let mesh = square();
+    let scene = subsurf_render::Scene::new(&mesh).expect("the square is right");
+    // The camera sees 4 units in 64 pixels, of which the square takes 2.
+    for (step, expected) in [(1, 32 * 32), (2, 16 * 16)] {
+        let seen = scene.seen(&Overlay::default(), &small(), step).expect("the options are right");
+        assert_eq!(seen.len(), expected);
+        assert!(seen.iter().all(|at| at.u >= 0.0 && at.v >= 0.0 && at.u + at.v <= 1.0 + 1e-6));
+    }
+    let away = Camera::At(View { eye: [0.0, 0.0, 10.0], target: [0.0, 0.0, 20.0], fov_deg: 30.0 });
+    let seen = scene.seen(&Overlay::default(), &Options { camera: away, ..small() }, 1);
+    assert_eq!(seen, Ok(Vec::new()));
+}
+
+#[test]
 fn progress_ends_at_one() {
     let most = std::sync::Mutex::new(0.0f32);
     let progress = |x: f32| {

@@ -3,8 +3,8 @@
 
 use subsurf::shapes::{self, Shape};
 use subsurf::{
-    Averaging, Blend, Crease, Face, Location, NormalField, PatchTable, Power, Scheme, ShadingError, ShadingNormals,
-    ShadingOptions, Tags, TessellateOptions,
+    Averaging, Blend, Crease, Face, Location, NormalField, PatchTable, Power, Rates, Scheme, ShadingError,
+    ShadingNormals, ShadingOptions, Tags, TessellateOptions,
 };
 
 const BLENDS: [Blend; 4] = [Blend::A1, Blend::A2, Blend::A3, Blend::A4];
@@ -48,31 +48,6 @@ fn places(table: &PatchTable) -> Vec<Location> {
 
 fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
-}
-
-#[test]
-fn a3_and_a4_are_one_with_zero_gradient_at_extraordinary_vertices() {
-    for n in (3..=20).filter(|n| ![4, 6].contains(n)) {
-        for case in around(n) {
-            let patches = table(&case);
-            for kind in [Blend::A3, Blend::A4] {
-                let shading = ShadingNormals::new(&patches, &case.0.positions, &blend(kind)).unwrap();
-                let b = |r: f64| shading.blend_weight(Location::new(0, r, 0.3 * r));
-                // The weights of the limit sum to one up to rounding, and so does 1/w times w.
-                assert!((b(0.0) - 1.0).abs() < 1e-15, "{kind:?} valence {n} {:?}", case.1);
-                // Distances shrink by λ per level. 1 - b falls by μ of the round modes, and by 1/8 with A4: both below.
-                let spectrum = subsurf::Spectrum::of_interior(case.1, n).unwrap();
-                let expected = if kind == Blend::A4 { 0.125 } else { spectrum.mu_round.max(0.125) };
-                let (near, nearer) = (1.0 - b(0.5f64.powi(9)), 1.0 - b(0.5f64.powi(10)));
-                if kind == Blend::A3 || near > 1e-11 {
-                    let rate = nearer / near;
-                    // A mode of half the size dies out as 2^-10; A4 loses digits to 1.
-                    assert!((rate - expected).abs() < 0.02, "{kind:?} valence {n} {:?}: {rate} {expected}", case.1);
-                    assert!(expected < spectrum.lambda);
-                }
-            }
-        }
-    }
 }
 
 #[test]
@@ -142,8 +117,10 @@ fn blend_weights_and_normals_agree_on_both_sides_of_edges_that_are_not_sharp() {
         let patches = table(&case);
         let t = patches.topology();
         let surface = patches.surface(&case.0.positions);
-        for field in [NormalField::Subdivided, NormalField::Blended(Blend::A1), NormalField::Blended(Blend::A4)] {
-            let shading = ShadingNormals::new(&patches, &case.0.positions, &with(field)).unwrap();
+        let late = ShadingOptions { normals_level: 1, weights_level: 0, ..blend(Blend::A4) };
+        let round = ShadingOptions { averaging: Averaging::Spherical(1), ..blend(Blend::A2) };
+        for options in [with(NormalField::Subdivided), blend(Blend::A1), blend(Blend::A4), late, round] {
+            let shading = ShadingNormals::new(&patches, &case.0.positions, &options).unwrap();
             for h in (0..t.half_edge_count() as u32).map(subsurf::HalfEdge) {
                 let Some(twin) = t.twin(h) else { continue };
                 if t.is_infinitely_sharp(t.edge(h)) || [h, twin].iter().any(|&h| t.is_hole(t.face(h))) {
@@ -156,7 +133,7 @@ fn blend_weights_and_normals_agree_on_both_sides_of_edges_that_are_not_sharp() {
                 });
                 let (Some(m), Some(n)) = (a.1, b.1) else { continue };
                 // Two sums of weights in different order; limit normals next to extraordinary vertices lose a digit or two.
-                assert!((a.0 - b.0).abs() < 1e-12 && apart(m, n) < 1e-9, "{} {field:?} {h:?}", case.0.name);
+                assert!((a.0 - b.0).abs() < 1e-12 && apart(m, n) < 1e-9, "{} {options:?} {h:?}", case.0.name);
             }
         }
     }
@@ -253,7 +230,8 @@ fn a_tessellation_has_the_normals_of_its_places() {
             with(NormalField::Subdivided),
         ] {
             let shading = ShadingNormals::new(&patches, &case.0.positions, &options).unwrap();
-            let tessellate = TessellateOptions { places: true, ..TessellateOptions::default() };
+            let tessellate =
+                TessellateOptions { rates: Rates::Uniform(4), places: true, ..TessellateOptions::default() };
             let plain = surface.tessellate(&tessellate).unwrap();
             let mesh = surface.tessellate_shaded(&tessellate, &shading).unwrap();
             assert_eq!((&plain.positions, &plain.corners), (&mesh.positions, &mesh.corners));
@@ -366,5 +344,42 @@ fn a_flat_mesh_has_one_normal_whatever_the_field() {
             let n = shading.normal(at, &surface.eval(at).unwrap()).unwrap();
             assert!(apart(n, [0.0, 0.0, 1.0]) < 1e-14);
         }
+    }
+}
+
+#[test]
+fn other_positions_give_what_they_would_have_given_from_the_start() {
+    let case = (shapes::cone(5), Scheme::CatmullClark);
+    let patches = table(&case);
+    let moved: Vec<[f32; 3]> =
+        case.0.positions.iter().map(|p| [p[1], 2.0 * p[2], p[0] + p[1]].map(|x| x as f32)).collect();
+    for options in [
+        ShadingOptions::default(),
+        ShadingOptions { normals_level: 1, averaging: Averaging::Spherical(1), ..blend(Blend::A3) },
+    ] {
+        let first = ShadingNormals::new(&patches, &case.0.positions, &options).unwrap();
+        let (later, direct) = (first.with_positions(&moved), ShadingNormals::new(&patches, &moved, &options).unwrap());
+        for at in places(&patches) {
+            assert_eq!(later.subdivided(at), direct.subdivided(at));
+            assert_eq!(later.blend_weight(at), first.blend_weight(at));
+        }
+    }
+}
+
+#[test]
+fn finer_start_levels_bring_subdivided_normals_to_those_of_the_surface() {
+    for case in [(shapes::interior_vertex(5), Scheme::CatmullClark), (shapes::interior_triangles(7), Scheme::Loop)] {
+        let patches = table(&case);
+        let surface = patches.surface(&case.0.positions);
+        let farthest = |normals_level| {
+            let options = ShadingOptions { normals_level, ..with(NormalField::Subdivided) };
+            let shading = ShadingNormals::new(&patches, &case.0.positions, &options).unwrap();
+            let far =
+                |at: &Location| apart(shading.subdivided(*at).unwrap(), surface.eval(*at).unwrap().normal().unwrap());
+            places(&patches).iter().map(far).fold(0.0, f64::max)
+        };
+        let apart = [0, 1, 2, 3].map(farthest);
+        // Vertex normals of a level miss those of the surface by its facets' size, or less.
+        assert!(apart.windows(2).all(|w| w[1] < 0.8 * w[0]), "{}: {apart:?}", case.0.name);
     }
 }

@@ -6,7 +6,7 @@ use crate::baseline;
 use rayon::prelude::*;
 use subsurf::{AdaptiveRefinement, Curvature, Face, LimitSurface, Location, PatchKind, Scheme, ShadingNormals};
 use subsurf_render::{
-    Legend, RenderMesh, RenderTriangle, Show, Stripes, SurfaceAt, SurfacePoint, SurfaceShader, palette,
+    Legend, Phase, RenderMesh, RenderTriangle, Show, Stripes, SurfaceAt, SurfacePoint, SurfaceShader, palette,
 };
 
 /// What the renderer asks.
@@ -91,13 +91,13 @@ impl<'a> Painter<'a> {
                     format!("{ends}{}", short(self.range * f64::from(i) / 3.0))
                 };
                 legend.title = match self.show {
-                    Show::Gaussian => "Gaussian curvature, 1/unit^2".to_owned(),
-                    _ => "mean curvature, 1/unit".to_owned(),
+                    Show::Gaussian => "Gaussian\n1/unit^2".to_owned(),
+                    _ => "mean\n1/unit".to_owned(),
                 };
                 legend.scale = (-3..=3).rev().map(|i| (palette::diverging(i as f32 / 3.0), label(i))).collect();
             }
             Show::BlendWeight => {
-                legend.title = "subdivided normals' share".to_owned();
+                legend.title = "weight".to_owned();
                 let label = |i: i32| format!("{:.1}", f64::from(i) / 5.0);
                 legend.scale = (0..=5).rev().map(|i| (palette::sequential(i as f32 / 5.0), label(i))).collect();
             }
@@ -149,13 +149,19 @@ impl SurfaceShader for Painter<'_> {
         match self.show {
             Show::Patches => patch().map_or(palette::clay(), |(kind, _)| palette::category(kind)),
             Show::Levels => patch().map_or(palette::clay(), |(_, level)| palette::level(level as usize, self.levels)),
-            Show::Isophotes => self.stripes.isophotes(point.normal),
-            Show::ReflectionLines => self.stripes.reflection_lines(point.normal, point.view),
             Show::Gaussian | Show::Mean => {
                 self.curvature(&point.at).map_or(marks::COLOR, |k| palette::diverging((k / self.range) as f32))
             }
             Show::BlendWeight => palette::sequential(self.share(at) as f32),
-            Show::Shaded | Show::Normals | Show::Wireframe | Show::Cage => palette::clay(),
+            _ => palette::clay(),
+        }
+    }
+
+    fn phase(&self, point: &SurfacePoint) -> Option<Phase> {
+        match self.show {
+            Show::Isophotes => Some(self.stripes.isophotes(point.normal)),
+            Show::ReflectionLines => Some(self.stripes.reflection_lines(point.normal, point.view)),
+            _ => None,
         }
     }
 }

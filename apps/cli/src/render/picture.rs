@@ -59,7 +59,7 @@ impl Default for Look {
 
 /// Dark stripes unless told otherwise: enough that a face of an ordinary control mesh has some, few enough that each is
 /// some pixels wide.
-pub const STRIPES: u32 = 24;
+pub const STRIPES: u32 = 16;
 
 /// The picture, and facts about it.
 pub struct Picture {

@@ -5,6 +5,7 @@ mod eval;
 mod info;
 mod loop_scheme;
 mod models;
+mod normals;
 mod program;
 mod refine;
 mod render;

@@ -13,14 +13,31 @@ const SMALL: &str = "--size 96x64 --samples 2";
 fn everything_that_can_be_shown_gives_a_picture_of_its_own() {
     let folder = Folder::new();
     let mut pictures = Vec::new();
-    for show in ["shaded", "normals", "wireframe", "cage", "patches", "levels"] {
+    let shows = [
+        "shaded",
+        "normals",
+        "wireframe",
+        "cage",
+        "patches",
+        "levels",
+        "isophotes",
+        "reflection-lines",
+        "gaussian",
+        "mean",
+        "blend-weight --normals a4",
+        "isophotes --edges",
+        "isophotes --stripes 7",
+        "isophotes --axis 1,0,0",
+        "mean --range 0.1",
+    ];
+    for show in shows {
         folder.run(&format!("render {} -o out.png --show {show} {SMALL}", data("tagged_sheet.obj"))).done();
         assert_eq!(picture(&folder.read("out.png")), (96, 64, 2));
         pictures.push(folder.read("out.png"));
     }
     pictures.sort();
     pictures.dedup();
-    assert_eq!(pictures.len(), 6);
+    assert_eq!(pictures.len(), shows.len());
 }
 
 #[test]
@@ -74,4 +91,47 @@ fn a_surface_of_holes_has_no_picture() {
     run.failed(&["quad.obj", "hole"]);
     folder.run("tessellate quad.obj -r 2 -o out.obj --boundary none -q").failed(&["quad.obj", "hole"]);
     assert_eq!(folder.names(), ["quad.obj"]);
+}
+
+#[test]
+fn every_field_of_normals_has_a_picture_of_its_own() {
+    let folder = Folder::new();
+    for show in ["shaded", "normals", "isophotes", "reflection-lines"] {
+        let mut pictures = Vec::new();
+        let fields = ["limit", "subdivided", "a1", "a2", "a3", "a4", "a4 --blend-power 0.5"];
+        for field in fields {
+            let args = format!("--show {show} --normals {field} {SMALL} -q");
+            folder.run(&format!("render {} -o out.png {args}", data("mixed_faces.obj"))).done();
+            pictures.push(folder.read("out.png"));
+        }
+        pictures.sort();
+        pictures.dedup();
+        assert_eq!(pictures.len(), fields.len(), "{show}");
+    }
+}
+
+#[test]
+fn colours_of_curvature_fit_the_size_of_the_model() {
+    let folder = Folder::new();
+    let cube = std::fs::read_to_string(data("cube.obj")).unwrap();
+    let scaled = cube.lines().map(|line| match line.strip_prefix("v ") {
+        Some(point) => {
+            let point = point.split_whitespace().map(|x| format!(" {}", 10.0 * x.parse::<f64>().unwrap()));
+            format!("v{}\n", point.collect::<String>())
+        }
+        None => format!("{line}\n"),
+    });
+    folder.write("ten.obj", scaled.collect::<String>());
+    for (show, power) in [("gaussian", 100.0), ("mean", 10.0)] {
+        let [small, large] = [data("cube.obj"), "ten.obj".to_owned()].map(|mesh| {
+            let run = folder.run(&format!("render {mesh} -o out.png --show {show} --json -q {SMALL}")).done();
+            run.json()["range"].as_f64().unwrap()
+        });
+        // The same digits, times a power of ten that is computed.
+        assert!((small / large / power - 1.0).abs() < 1e-12, "{show}: {small} {large}");
+    }
+    let run = folder.run(&format!("render ten.obj -o out.png --show mean --range 0.7 --json -q {SMALL}")).done();
+    assert_eq!(run.json()["range"], 0.7);
+    let run = folder.run(&format!("render ten.obj -o out.png --json -q {SMALL}")).done();
+    assert!(run.json()["range"].is_null());
 }

@@ -55,7 +55,7 @@ fn wrong_usage_has_status_2_and_leaves_standard_output_alone() {
 
 #[test]
 fn what_cannot_be_shown_is_answered_with_what_can() {
-    let run = Folder::new().run(&format!("render {} -o out.png --show isophotes", data("cube.obj")));
+    let run = Folder::new().run(&format!("render {} -o out.png --show curvature", data("cube.obj")));
     assert_eq!(run.status, 2);
     for name in ["shaded", "normals", "wireframe", "cage", "patches", "levels"] {
         assert!(run.stderr.contains(name), "{}", run.stderr);

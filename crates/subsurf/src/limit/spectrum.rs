@@ -43,8 +43,9 @@ impl Spectrum {
 
     /// `(μ/λ)²`: by what the part of a blended normal's gradient that is due to the limit normal shrinks per level, where
     /// `1 - b` shrinks by μ. As `1 - b^p = p (1 - b) + …`, this holds for every p; and it is below 1 at every valence.
+    /// Beyond the ring there are modes of 1/8, which take the place of μ at valence 3 of Loop, where it is less.
     pub fn gradient_ratio(self) -> f64 {
-        (self.mu / self.lambda).powi(2)
+        (self.mu.max(0.125) / self.lambda).powi(2)
     }
 }
 

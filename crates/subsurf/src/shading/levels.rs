@@ -13,6 +13,7 @@ use crate::refine::Level;
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::{FaceVarying, INFINITE_SHARPNESS};
 use crate::topology::Topology;
+use std::sync::Arc;
 
 /// Most face corners of a level that a field starts at; a table of so many takes gigabytes.
 const MOST_CORNERS: usize = 1 << 25;
@@ -21,9 +22,9 @@ pub(super) struct Levels<'a> {
     patches: &'a PatchTable,
     pub sectors: Sectors,
     /// The mesh as it is; only where the other differs.
-    whole: Vec<Level>,
+    whole: Vec<Arc<Level>>,
     /// The mesh cut into sectors: a vertex for every value.
-    cut: Vec<Level>,
+    cut: Vec<Arc<Level>>,
 }
 
 /// An extraordinary value of a level.
@@ -48,7 +49,7 @@ impl<'a> Levels<'a> {
         } else {
             Level::from_topology(t.clone(), scheme)
         };
-        Ok(Self { patches, sectors, whole: Vec::new(), cut: vec![level] })
+        Ok(Self { patches, sectors, whole: Vec::new(), cut: vec![Arc::new(level)] })
     }
 
     pub fn scheme(&self) -> Scheme {
@@ -67,7 +68,7 @@ impl<'a> Levels<'a> {
             return self.cut(depth, what);
         }
         if self.whole.is_empty() {
-            self.whole.push(Level::from_topology(t.clone(), self.scheme()));
+            self.whole.push(Arc::new(Level::from_topology(t.clone(), self.scheme())));
         }
         refine_to(&mut self.whole, depth, what)
     }
@@ -78,13 +79,13 @@ impl<'a> Levels<'a> {
     }
 
     /// The levels of the mesh itself up to `depth`, made before.
-    pub fn whole_up_to(&self, depth: u32) -> Vec<Level> {
+    pub fn whole_up_to(&self, depth: u32) -> Vec<Arc<Level>> {
         let levels = if self.whole.is_empty() { &self.cut } else { &self.whole };
         levels[..=depth as usize].to_vec()
     }
 
     /// The levels cut into sectors from `from` to `to`, made before.
-    pub fn cut_between(&self, from: u32, to: u32) -> Vec<Level> {
+    pub fn cut_between(&self, from: u32, to: u32) -> Vec<Arc<Level>> {
         self.cut[from as usize..=to as usize].to_vec()
     }
 
@@ -137,7 +138,7 @@ impl<'a> Levels<'a> {
     }
 }
 
-fn refine_to<'l>(levels: &'l mut Vec<Level>, depth: u32, what: &'static str) -> Result<&'l Level, ShadingError> {
+fn refine_to<'l>(levels: &'l mut Vec<Arc<Level>>, depth: u32, what: &'static str) -> Result<&'l Level, ShadingError> {
     while levels.len() <= depth as usize {
         let last = &levels[levels.len() - 1];
         let corners = 4 * last.topology().half_edge_count();
@@ -145,7 +146,7 @@ fn refine_to<'l>(levels: &'l mut Vec<Level>, depth: u32, what: &'static str) -> 
             return Err(ShadingError::TooDeep { what, level: levels.len() as u32, corners, limit: MOST_CORNERS });
         }
         let next = last.refine()?;
-        levels.push(next);
+        levels.push(Arc::new(next));
     }
     Ok(&levels[depth as usize])
 }

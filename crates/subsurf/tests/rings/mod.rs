@@ -2,7 +2,7 @@
 //! field over differences of the surface, projected to the tangent plane at the vertex. In these coordinates the surface
 //! is smooth there, and so a field is continuously differentiable if and only if its gradients all have the same limit.
 
-use subsurf::{Location, PatchTable, Scheme, ShadingNormals, ShadingOptions, shapes};
+use subsurf::{Level, Location, Method, PatchTable, Scheme, ShadingNormals, ShadingOptions, shapes};
 
 /// A vertex amid rings of faces; its faces have it at their corner 0.
 pub struct Centre {
@@ -12,14 +12,21 @@ pub struct Centre {
 }
 
 impl Centre {
-    /// Of valence `n`, without symmetries.
+    /// Of valence `n`, without symmetries: three rings of quads or four of triangles, so that nothing at the boundary
+    /// has a say in the blend next to the vertex.
     pub fn new(scheme: Scheme, n: u32) -> Self {
-        let (shape, stride) = match scheme {
-            Scheme::Loop => (shapes::interior_triangles(n), 4),
-            _ => (shapes::interior_vertex(n), 9),
-        };
-        let patches = PatchTable::new(&shape.mesh, scheme).expect("a shape is a mesh");
-        Self { patches, positions: shape.positions, faces: (0..n).map(|s| stride * s).collect() }
+        if scheme != Scheme::Loop {
+            let shape = shapes::interior_vertex(n);
+            let patches = PatchTable::new(&shape.mesh, scheme).expect("a shape is a mesh");
+            return Self { patches, positions: shape.positions, faces: (0..n).map(|s| 9 * s).collect() };
+        }
+        let shape = shapes::interior_triangles(n);
+        let coarse = Level::new(&shape.mesh, scheme).expect("a shape is a mesh");
+        let positions = coarse.refine_values(&shape.positions);
+        let topology = coarse.refine().expect("a shape is small").topology().clone();
+        let patches = PatchTable::from_topology(topology, scheme, Method::default()).expect("a level is a mesh");
+        // Of four faces a sector the first is at the vertex, and so is the first of its four children.
+        Self { patches, positions, faces: (0..n).map(|s| 16 * s).collect() }
     }
 
     pub fn shading(&self, options: &ShadingOptions) -> ShadingNormals<'_> {
