@@ -95,13 +95,20 @@ struct Figure {
     models: fn() -> Vec<Model>,
 }
 
-const FIGURES: [Figure; 15] = [
+const FIGURES: [Figure; 16] = [
     Figure {
         name: "fields",
         caption: "Six normal fields round a vertex of valence 9 under Catmull-Clark: shaded, and with reflection lines. \
                   Bakker, Barendrecht, Kosinka 2018, figure 1.",
         draw: shading::fields,
         models: || vec![shading::nine()],
+    },
+    Figure {
+        name: "turning",
+        caption: "How fast the normals of the six fields turn on the way to the vertex: those of the limit surface and of A2 \
+                  without bound.",
+        draw: shading::turning,
+        models: Vec::new,
     },
     Figure {
         name: "ratio",

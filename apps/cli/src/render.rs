@@ -72,6 +72,9 @@ pub struct RenderArgs {
     /// Draw the control mesh's edges on the surface, whatever is shown
     #[arg(long)]
     edges: bool,
+    /// Leave the key to the colours out
+    #[arg(long)]
+    no_legend: bool,
     /// With stripes: how many dark ones in half a turn (isophotes) or a full turn of the mirror image (reflection-lines)
     /// [default: 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STRIPES)))]
@@ -224,6 +227,7 @@ impl RenderArgs {
             stripes: Stripes { axis, count: self.stripes.unwrap_or(STRIPES) },
             range: self.range,
             edges: self.edges,
+            legend: !self.no_legend,
         }
     }
 }

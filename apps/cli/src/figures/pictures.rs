@@ -15,8 +15,11 @@ const LEVELS: &str = "--show levels --up z --camera 3.4,-4.6,2.6:0.62,-2.0,0.3:2
 pub fn crease_levels(settings: &Settings<'_>) -> Result<Drawing, Failure> {
     let panels = [
         Panel::new("feature-adaptive", format!("{LEVELS} --baseline feature-adaptive")),
-        Panel::new("with single-crease patches", format!("{LEVELS} --baseline feature-adaptive-single-crease")),
-        Panel::new("patch trees", LEVELS),
+        Panel::new(
+            "with single-crease patches",
+            format!("{LEVELS} --no-legend --baseline feature-adaptive-single-crease"),
+        ),
+        Panel::new("patch trees", format!("{LEVELS} --no-legend")),
     ];
     let png = sheet(settings, &models::car(), 3, [424, 340], &panels)?;
     let car = models::car().scene()?;
