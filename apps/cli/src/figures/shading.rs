@@ -49,10 +49,8 @@ const SPOT: &str = "--show isophotes --stripes 16 --camera -2.6,1.4,-1.6:0.05,0.
 
 /// Figure 1.
 pub fn fields(settings: &Settings<'_>) -> Result<Drawing, Failure> {
-    let row = |show: &str| {
-        FIELDS.map(|(word, label, _)| Panel::new(label, format!("--show {show} --normals {word} {CLOSE}")))
-    };
-    let panels: Vec<Panel> = row("shaded").into_iter().chain(row("reflection-lines")).collect();
+    let row = |show: &str| FIELDS.map(|(word, label, _)| Panel::new(label, format!("{show} --normals {word} {CLOSE}")));
+    let panels: Vec<Panel> = row("").into_iter().chain(row(REFLECTIONS)).collect();
     let png = sheet(settings, &nine(), 6, [210, 210], &panels)?;
     let table = turning_table(&nine(), Scheme::CatmullClark)?;
     Ok(Drawing { picture: Picture::Png(png), numbers: vec![("csv", table.csv())] })
