@@ -113,7 +113,7 @@ const FIGURES: [Figure; 16] = [
     Figure {
         name: "ratio",
         caption: "The bound μᵖ⁺¹/λ² of their theorem 1 against valence. The factor by which the troublesome term truly changes \
-                  from level to level is (μ/λ)², whatever p is: their curve for p = 1. Their figure 2.",
+                  from level to level is at most (μ/λ)², whatever p is: their curve for p = 1. Their figure 2.",
         draw: ratio::draw,
         models: Vec::new,
     },
