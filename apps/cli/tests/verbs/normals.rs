@@ -15,6 +15,12 @@ fn eval(folder: &Folder, name: &str, flags: &str) -> Vec<Vec<String>> {
     folder.text("out.csv").lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
+/// A mesh with extraordinary vertices and regular parts between them, where blends differ.
+fn fine(folder: &Folder) -> String {
+    folder.run(&format!("refine {} -l 2 --precision f64 -q -o fine.obj", data("mixed_faces.obj"))).done();
+    folder.path("fine.obj").display().to_string()
+}
+
 fn numbers(fields: &[String]) -> Vec<f64> {
     fields.iter().map(|field| field.parse().unwrap()).collect()
 }
@@ -61,7 +67,7 @@ fn at_an_extraordinary_vertex_the_blend_is_the_subdivided_normal() {
 #[test]
 fn options_reach_the_library() {
     let folder = Folder::new();
-    let name = data("mixed_faces.obj");
+    let name = fine(&folder);
     let scene = mesh(&std::fs::read_to_string(&name).unwrap());
     let table = PatchTable::new(&scene.mesh, Scheme::CatmullClark).unwrap();
     let surface = table.surface(&scene.positions);
@@ -106,7 +112,7 @@ fn the_blend_weight_comes_before_texture_coordinates() {
 #[test]
 fn tessellations_carry_the_normals() {
     let folder = Folder::new();
-    let name = data("mixed_faces.obj");
+    let name = fine(&folder);
     let written = |field: &str| {
         let run = folder.run(&format!("tessellate {name} -r 4 --precision f64 --normals {field} -o -"));
         mesh(&run.done().stdout)
