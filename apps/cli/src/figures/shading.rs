@@ -189,7 +189,7 @@ pub fn turning(_: &Settings<'_>) -> Result<Drawing, Failure> {
         charts.push(Chart {
             title: title.to_owned(),
             x: Axis::linear("halvings of the distance to the vertex", 1.0, f64::from(DEPTHS), DEPTHS as usize),
-            y: Axis::logarithmic("normals turn by, radians per unit", 1e-1, 1e3),
+            y: Axis::logarithmic("normals turn by, radians per unit", 1e-1, 1e2),
             curves,
             key: Some(Corner::UpperLeft),
             notes: Vec::new(),
