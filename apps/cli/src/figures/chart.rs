@@ -153,6 +153,7 @@ fn draw<'a>(area: &Area<'a>, chart: &Chart) -> Drawn<'a> {
             .axis_style(GREY.stroke_width(FINE))
             .label_style((FONT, 13 * FINE).into_font().color(&INK))
             .axis_desc_style(label.clone())
+            .set_all_tick_mark_size(5 * FINE)
             .draw()?;
     }
     for curve in &chart.curves {
