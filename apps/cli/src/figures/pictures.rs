@@ -21,7 +21,7 @@ pub fn crease_levels(settings: &Settings<'_>) -> Result<Drawing, Failure> {
         ),
         Panel::new("patch trees", format!("{LEVELS} --no-legend")),
     ];
-    let png = sheet(settings, &models::car(), 3, [424, 340], &panels)?;
+    let png = sheet(settings, &models::car(), 3, [384, 300], &panels)?;
     let car = models::car().scene()?;
     let table = PatchTable::new(&car.mesh, Scheme::CatmullClark)
         .map_err(|source| Failure::Mesh { name: "the car".to_owned(), source })?;
@@ -76,7 +76,7 @@ fn single(settings: &Settings<'_>, model: &models::Model, size: [u32; 2], flags:
 }
 
 pub fn car(settings: &Settings<'_>) -> Result<Drawing, Failure> {
-    single(settings, &models::car(), [1280, 720], "--up z --camera 4.1,-5.5,2.05:0.64,-1.93,0.24:24")
+    single(settings, &models::car(), [1040, 585], "--up z --camera 4.1,-5.5,2.05:0.64,-1.93,0.24:24")
 }
 
 pub fn spot_cage(settings: &Settings<'_>) -> Result<Drawing, Failure> {
