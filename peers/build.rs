@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SHIMS: [&str; 2] = ["shim/opensubdiv.cpp", "shim/adaptive.cpp"];
+const SHIMS: [&str; 4] = ["shim/opensubdiv.cpp", "shim/surface.cpp", "shim/face_varying.cpp", "shim/adaptive.cpp"];
 
 fn main() {
-    SHIMS.iter().for_each(|shim| println!("cargo:rerun-if-changed={shim}"));
+    println!("cargo:rerun-if-changed=shim");
     println!("cargo:rerun-if-env-changed=OPENSUBDIV_SOURCE");
     let root = match std::env::var_os("OPENSUBDIV_SOURCE") {
         Some(folder) => PathBuf::from(folder),

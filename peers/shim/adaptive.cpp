@@ -1,5 +1,7 @@
 // OpenSubdiv's feature-adaptive refinement and Ptex adjacency; src/adaptive.rs is the only caller.
 
+#include "peer.h"
+
 #include <opensubdiv/far/patchTableFactory.h>
 #include <opensubdiv/far/ptexIndices.h>
 #include <opensubdiv/far/stencilTableFactory.h>
@@ -10,12 +12,7 @@
 #include <memory>
 #include <vector>
 
-using namespace OpenSubdiv;
-
-// As in opensubdiv.cpp. Refined to level 0 there, it can be refined adaptively here, once.
-struct PeerRefiner {
-    std::unique_ptr<Far::TopologyRefiner> refiner;
-};
+// A refiner that was refined to level 0 can be refined adaptively here, once.
 
 extern "C" struct PeerPatch {
     int ptex_face, u, v, depth;  // u, v: corner 0 in units of the patch (see Far::PatchParam)

@@ -6,9 +6,9 @@
 
 use crate::opensubdiv::{self, Origin, OsdLevel, VertexOrder};
 use crate::random_shapes::random_shape;
-use crate::shape::{Scheme, Shape, shapes};
+use crate::shape::{Shape, shapes};
 use std::path::Path;
-use subsurf::{ControlMesh, Edge, Face, Level, Vertex};
+use subsurf::{Edge, Face, Level, Vertex};
 
 const LEVELS: u32 = 5;
 /// OpenSubdiv takes the mean of decaying sharpnesses, the weight of the rule that decays, in single precision.
@@ -34,15 +34,15 @@ pub struct LevelView {
 
 /// Worst differences of one level, and what does not match at all.
 #[derive(Default)]
-struct Difference {
-    sharpness: f64,
-    f64: f64,
-    f32: f64,
-    mismatches: Vec<String>,
+pub struct Difference {
+    pub sharpness: f64,
+    pub f64: f64,
+    pub f32: f64,
+    pub mismatches: Vec<String>,
 }
 
 /// Prefixes of the regression shapes: all schemes.
-const SCHEMES: [&str; 3] = ["catmark_", "bilinear_", "loop_"];
+pub const SCHEMES: [&str; 3] = ["catmark_", "bilinear_", "loop_"];
 
 /// All regression shapes.
 pub fn regression_shapes(models: &Path) -> Result<(), String> {
@@ -114,7 +114,7 @@ fn run(shapes: impl Iterator<Item = Shape>, levels: u32) -> Result<(), String> {
 /// The first level with an edge of sharpness above 1 in the level before, one half of which is smooth: possible only
 /// with Chaikin's rule. There OpenSubdiv (3.5 to 3.7, `Sdc::Scheme::ComputeEdgeVertexMask`) takes the edge's sharpness
 /// as the weight of the crease rule without limiting it to 1, and so gives the smooth rule a negative weight.
-fn first_extrapolation(levels: &[OsdLevel]) -> Option<usize> {
+pub fn first_extrapolation(levels: &[OsdLevel]) -> Option<usize> {
     (1..levels.len()).find(|&number| {
         let (parent, child) = (&levels[number - 1], &levels[number]);
         // Edges inside faces join an edge point with a face point or, under Loop, with another edge point.
@@ -129,24 +129,16 @@ fn first_extrapolation(levels: &[OsdLevel]) -> Option<usize> {
 }
 
 /// Sharpness as OpenSubdiv stores it.
-pub(crate) fn round_sharpness(mut shape: Shape) -> Shape {
+pub fn round_sharpness(mut shape: Shape) -> Shape {
     shape.tags.creases.iter_mut().for_each(|c| c.sharpness = f64::from(c.sharpness as f32));
     shape.tags.corners.iter_mut().for_each(|c| c.sharpness = f64::from(c.sharpness as f32));
     shape
 }
 
 /// Our refinement.
-fn refine(shape: &Shape, levels: u32) -> Result<Vec<LevelView>, String> {
-    let scheme = match shape.scheme {
-        Scheme::Bilinear => subsurf::Scheme::Bilinear,
-        Scheme::CatmullClark => subsurf::Scheme::CatmullClark,
-        Scheme::Loop => subsurf::Scheme::Loop,
-    };
+pub fn refine(shape: &Shape, levels: u32) -> Result<Vec<LevelView>, String> {
     let text = |e: subsurf::MeshError| e.to_string();
-    let mesh =
-        ControlMesh::from_counts(shape.positions.len(), &shape.counts, shape.indices.clone(), shape.tags.clone())
-            .map_err(text)?;
-    let mut level = Level::new(&mesh, scheme).map_err(text)?;
+    let mut level = Level::new(&shape.mesh()?, shape.our_scheme()).map_err(text)?;
     let mut positions = shape.positions.clone();
     let mut positions_f32: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x as f32)).collect();
     let mut views = vec![];
@@ -173,7 +165,8 @@ fn refine(shape: &Shape, levels: u32) -> Result<Vec<LevelView>, String> {
     }
 }
 
-fn view(level: &OsdLevel) -> LevelView {
+/// OpenSubdiv's level as it is compared.
+pub fn view(level: &OsdLevel) -> LevelView {
     let mut corners = level.face_vertices.iter().copied();
     // OpenSubdiv keeps a control mesh's values above 10, which mean the same as 10.
     let clamp = |&s: &f32| f64::from(s).min(subsurf::INFINITE_SHARPNESS);
@@ -190,7 +183,8 @@ fn view(level: &OsdLevel) -> LevelView {
     }
 }
 
-fn compare(ours: &LevelView, theirs: &LevelView, diagonal: f64) -> Difference {
+/// Everything of one level, as a share of `diagonal` where it is a length.
+pub fn compare(ours: &LevelView, theirs: &LevelView, diagonal: f64) -> Difference {
     let mut d = Difference::default();
     let m = &mut d.mismatches;
     same(m, "face", &ours.faces, &theirs.faces);

@@ -1,9 +1,11 @@
 //! `peers dump-reference`: OpenSubdiv's refinement of the regression shapes as JSON files that tests of the core read
 //! without OpenSubdiv. One file a shape: the control mesh, then levels 0 to 3, under Loop 0 to 2. A list of more than `LONGEST` entries
-//! keeps its first `HEAD` ones; its length and the hash of all of it are always given.
+//! keeps its first `HEAD` ones; its length and the hash of all of it are always given. Beside them limits and
+//! face-varying values.
 
 use crate::opensubdiv::{self, OsdLevel, VertexOrder};
 use crate::shape::{Scheme, Shape, shapes};
+use crate::{dump_channels, dump_limits};
 use std::fmt::Write;
 use std::path::Path;
 use subsurf::{Boundary, Creasing, Triangles};
@@ -25,6 +27,16 @@ pub fn run(models: &Path, out: &Path) -> Result<(), String> {
         std::fs::write(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("{:8} {}", text.len(), path.display());
         total += text.len();
+        for (folder, text) in
+            [("limits", dump_limits::reference(&shape)?), ("channels", dump_channels::reference(&shape)?)]
+        {
+            let Some(text) = text else { continue };
+            let path = out.join(folder).join(format!("{}.json", shape.name));
+            std::fs::create_dir_all(out.join(folder)).map_err(|e| format!("{}: {e}", out.display()))?;
+            std::fs::write(&path, &text).map_err(|e| format!("{}: {e}", path.display()))?;
+            println!("{:8} {}", text.len(), path.display());
+            total += text.len();
+        }
     }
     println!("{total:8} bytes in all");
     Ok(())
@@ -148,20 +160,20 @@ fn fnv1a(words: impl Iterator<Item = u32>) -> u64 {
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-fn line(text: &mut String, start: &str, value: &str) {
+pub fn line(text: &mut String, start: &str, value: &str) {
     writeln!(text, "{start}{value}").expect("writing to a string succeeds");
 }
 
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-fn list(entries: impl Iterator<Item = String>) -> String {
+pub fn list(entries: impl Iterator<Item = String>) -> String {
     format!("[{}]", entries.collect::<Vec<_>>().join(","))
 }
 
 /// Shortest form that reads back as the same number.
-fn numbers<T: std::fmt::Display>(values: &[T]) -> String {
+pub fn numbers<T: std::fmt::Display>(values: &[T]) -> String {
     list(values.iter().map(|x| x.to_string()))
 }
 

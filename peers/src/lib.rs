@@ -3,6 +3,9 @@
 pub mod adaptive;
 pub mod compare_adaptive;
 pub mod compare_refine;
+pub mod conformance;
+pub mod dump_channels;
+pub mod dump_limits;
 pub mod dump_reference;
 pub mod opensubdiv;
 pub mod random_shapes;

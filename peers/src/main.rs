@@ -2,7 +2,7 @@
 
 use peers::opensubdiv::{self, VertexOrder};
 use peers::shape::Shape;
-use peers::{compare_adaptive, compare_refine, dump_reference, shapes_folder};
+use peers::{compare_adaptive, compare_refine, conformance, dump_reference, shapes_folder};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -10,6 +10,7 @@ const USAGE: &str = "usage:
   peers compare-refine                     our refinement against OpenSubdiv's: regression shapes, levels 0 to 5
   peers compare-refine LEVELS FILE.obj...  the same on any files
   peers compare-random COUNT [FIRST_SEED]  the same on random meshes and tags, levels 0 to 3
+  peers conformance OUT.md [SHAPES_DIR]    the same and the limit, every shape under every rule, as a document
   peers compare-adaptive                   our feature-adaptive baseline against OpenSubdiv's, isolation levels 1 to 6
   peers compare-adaptive LEVELS FILE.obj...  the same on any files, LEVELS 10 at most
   peers compare-adaptive-random COUNT      the same on random meshes and tags, levels 1 to 4
@@ -37,6 +38,8 @@ fn run(words: &[&str]) -> Result<(), String> {
         ["compare-refine", levels, files @ ..] => compare_refine::files(number(levels)?, files),
         ["compare-random", count] => compare_refine::random(&shapes_folder(), number(count)?, 0),
         ["compare-random", count, seed] => compare_refine::random(&shapes_folder(), number(count)?, number(seed)?),
+        ["conformance", out] => conformance::run(&shapes_folder(), Path::new(out)),
+        ["conformance", out, shapes] => conformance::run(Path::new(shapes), Path::new(out)),
         ["compare-adaptive"] => compare_adaptive::regression_shapes(&shapes_folder()),
         ["compare-adaptive", levels, files @ ..] => compare_adaptive::files(number(levels)?, files),
         ["compare-adaptive-random", count] => compare_adaptive::random(&shapes_folder(), number(count)?, 0),

@@ -1,72 +1,20 @@
-//! OpenSubdiv behind a safe interface: uniform refinement with full topology, limits, and evaluation.
+//! OpenSubdiv behind a safe interface: uniform refinement with full topology, limits, evaluation, face-varying values.
 
 #![allow(unsafe_code)]
 
-use crate::shape::{Scheme, Shape};
-use std::ffi::{CStr, c_char, c_int};
-use subsurf::{Boundary, Creasing, FaceVarying, Triangles};
+mod face_varying;
+mod refiner;
+mod surface;
 
-#[repr(C)]
-struct PeerShape {
-    vertex_count: c_int,
-    face_count: c_int,
-    counts: *const c_int,
-    indices: *const c_int,
-    crease_count: c_int,
-    crease_vertices: *const c_int,
-    crease_sharpness: *const f32,
-    corner_count: c_int,
-    corner_vertices: *const c_int,
-    corner_sharpness: *const f32,
-    hole_count: c_int,
-    holes: *const c_int,
-    scheme: c_int,
-    boundary: c_int,
-    creasing: c_int,
-    triangles: c_int,
-    face_varying: c_int,
-}
+pub use face_varying::{ChannelLevel, limit_channel, refine_channel, takes_one_value_for_two};
+pub use surface::{Approximation, EndCap, Jet, Sample, eval, eval_patches};
 
-#[repr(C)]
-pub(crate) struct PeerRefiner {
-    _opaque: [u8; 0],
-}
+use crate::shape::Shape;
+pub(crate) use refiner::{PeerRefiner, Refiner};
+use std::ffi::c_int;
 
 unsafe extern "C" {
     safe fn peer_version() -> c_int;
-    fn peer_refine(
-        shape: *const PeerShape,
-        levels: c_int,
-        faces_first: c_int,
-        error: *mut c_char,
-        error_size: c_int,
-    ) -> *mut PeerRefiner;
-    fn peer_free(refiner: *mut PeerRefiner);
-    fn peer_level_counts(refiner: *const PeerRefiner, level: c_int, counts: *mut c_int);
-    fn peer_level_faces(
-        refiner: *const PeerRefiner,
-        level: c_int,
-        counts: *mut u32,
-        vertices: *mut u32,
-        edges: *mut u32,
-        holes: *mut bool,
-    );
-    fn peer_level_edges(
-        refiner: *const PeerRefiner,
-        level: c_int,
-        vertices: *mut [u32; 2],
-        sharpness: *mut f32,
-        non_manifold: *mut bool,
-        face_counts: *mut u32,
-    );
-    fn peer_level_vertices(
-        refiner: *const PeerRefiner,
-        level: c_int,
-        sharpness: *mut f32,
-        non_manifold: *mut bool,
-        rules: *mut u8,
-    );
-    fn peer_level_origins(refiner: *const PeerRefiner, level: c_int, kinds: *mut u8, parents: *mut u32);
     fn peer_positions_f64(refiner: *const PeerRefiner, points: *mut [f64; 3]);
     fn peer_positions_f32(refiner: *const PeerRefiner, points: *mut [f32; 3]);
     fn peer_limit(
@@ -75,16 +23,6 @@ unsafe extern "C" {
         position: *mut [f64; 3],
         tangent1: *mut [f64; 3],
         tangent2: *mut [f64; 3],
-    );
-    fn peer_eval(
-        refiner: *const PeerRefiner,
-        points: *const [f64; 3],
-        samples: c_int,
-        ptex_faces: *const c_int,
-        uv: *const [f64; 2],
-        approx_smooth: c_int,
-        approx_sharp: c_int,
-        jets: *mut Jet,
     );
 }
 
@@ -136,182 +74,11 @@ pub struct OsdLevel {
     pub positions_f32: Vec<[f32; 3]>,
 }
 
-/// Position and first derivatives.
+/// A vertex in the limit: its position, and two tangents.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-#[repr(C)]
-pub struct Jet {
+pub struct Limit {
     pub position: [f64; 3],
-    pub du: [f64; 3],
-    pub dv: [f64; 3],
-}
-
-/// A point of the surface: a ptex face (a quad is one; under Catmull-Clark an n-gon is n, one per corner) and
-/// coordinates in its unit square.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Sample {
-    pub ptex_face: u32,
-    pub uv: [f64; 2],
-}
-
-/// How closely irregular faces are evaluated: depth of isolation at smooth and at sharp features.
-#[derive(Clone, Copy, Debug)]
-pub struct Approximation {
-    pub smooth: u32,
-    pub sharp: u32,
-}
-
-impl Default for Approximation {
-    /// The deepest that OpenSubdiv offers.
-    fn default() -> Self {
-        Self { smooth: 10, sharp: 10 }
-    }
-}
-
-pub(crate) struct Refiner(pub(crate) *mut PeerRefiner);
-
-impl Drop for Refiner {
-    fn drop(&mut self) {
-        // SAFETY: the pointer came from peer_refine and is freed once.
-        unsafe { peer_free(self.0) }
-    }
-}
-
-impl Refiner {
-    pub(crate) fn new(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Self, String> {
-        assert!(levels < 16, "OpenSubdiv stores the level in four bits");
-        let ints = |values: &[u32]| -> Vec<c_int> { values.iter().map(|&v| v as c_int).collect() };
-        let (counts, indices, holes) = (ints(&shape.counts), ints(&shape.indices), ints(&shape.tags.holes));
-        let total: u32 = shape.counts.iter().sum();
-        assert_eq!(total as usize, indices.len(), "face sizes add up");
-        let vertices = shape.positions.len();
-        assert!(shape.indices.iter().all(|&v| (v as usize) < vertices), "faces name vertices that exist");
-        let crease_vertices = ints(&shape.tags.creases.iter().flat_map(|c| c.vertices).collect::<Vec<_>>());
-        let crease_sharpness: Vec<f32> = shape.tags.creases.iter().map(|c| c.sharpness as f32).collect();
-        let corner_vertices = ints(&shape.tags.corners.iter().map(|c| c.vertex).collect::<Vec<_>>());
-        let corner_sharpness: Vec<f32> = shape.tags.corners.iter().map(|c| c.sharpness as f32).collect();
-        let rules = shape.tags.rules;
-        let peer = PeerShape {
-            vertex_count: vertices as c_int,
-            face_count: counts.len() as c_int,
-            counts: counts.as_ptr(),
-            indices: indices.as_ptr(),
-            crease_count: crease_sharpness.len() as c_int,
-            crease_vertices: crease_vertices.as_ptr(),
-            crease_sharpness: crease_sharpness.as_ptr(),
-            corner_count: corner_sharpness.len() as c_int,
-            corner_vertices: corner_vertices.as_ptr(),
-            corner_sharpness: corner_sharpness.as_ptr(),
-            hole_count: holes.len() as c_int,
-            holes: holes.as_ptr(),
-            scheme: match shape.scheme {
-                Scheme::Bilinear => 0,
-                Scheme::CatmullClark => 1,
-                Scheme::Loop => 2,
-            },
-            boundary: match rules.boundary {
-                Boundary::None => 0,
-                Boundary::EdgeOnly => 1,
-                Boundary::EdgeAndCorner => 2,
-            },
-            creasing: match rules.creasing {
-                Creasing::Uniform => 0,
-                Creasing::Chaikin => 1,
-            },
-            triangles: match rules.triangles {
-                Triangles::CatmullClark => 0,
-                Triangles::Smooth => 1,
-            },
-            face_varying: match rules.face_varying {
-                FaceVarying::None => 0,
-                FaceVarying::CornersOnly => 1,
-                FaceVarying::CornersPlus1 => 2,
-                FaceVarying::CornersPlus2 => 3,
-                FaceVarying::Boundaries => 4,
-                FaceVarying::All => 5,
-            },
-        };
-        let mut error = [0 as c_char; 1000];
-        let faces_first = (order == VertexOrder::FacesFirst) as c_int;
-        // SAFETY: the arrays live until the call returns and have the lengths given; OpenSubdiv copies them. Tags that
-        // name no element are refused by it.
-        let refiner =
-            unsafe { peer_refine(&peer, levels as c_int, faces_first, error.as_mut_ptr(), error.len() as c_int) };
-        if refiner.is_null() {
-            // SAFETY: peer_refine terminates the text.
-            let text = unsafe { CStr::from_ptr(error.as_ptr()) };
-            return Err(format!("{}: OpenSubdiv refuses it: {}", shape.name, text.to_string_lossy()));
-        }
-        Ok(Self(refiner))
-    }
-
-    /// Vertices, edges, faces, face corners.
-    fn counts(&self, level: u32) -> [usize; 4] {
-        let mut counts = [0; 4];
-        // SAFETY: the level exists, the array has four entries.
-        unsafe { peer_level_counts(self.0, level as c_int, counts.as_mut_ptr()) };
-        counts.map(|n| n as usize)
-    }
-
-    fn level(&self, level: u32) -> OsdLevel {
-        let [vertices, edges, faces, corners] = self.counts(level);
-        let mut l = OsdLevel {
-            face_counts: vec![0; faces],
-            face_vertices: vec![0; corners],
-            face_edges: vec![0; corners],
-            holes: vec![false; faces],
-            edges: vec![[0; 2]; edges],
-            edge_sharpness: vec![0.0; edges],
-            edge_non_manifold: vec![false; edges],
-            edge_face_counts: vec![0; edges],
-            vertex_sharpness: vec![0.0; vertices],
-            vertex_non_manifold: vec![false; vertices],
-            vertex_rules: vec![0; vertices],
-            vertex_origins: vec![],
-            positions: vec![],
-            positions_f32: vec![],
-        };
-        let (mut kinds, mut parents) = (vec![u8::MAX; vertices], vec![0; vertices]);
-        let n = level as c_int;
-        // SAFETY: every array has the length that peer_level_counts gives for this level.
-        unsafe {
-            peer_level_faces(
-                self.0,
-                n,
-                l.face_counts.as_mut_ptr(),
-                l.face_vertices.as_mut_ptr(),
-                l.face_edges.as_mut_ptr(),
-                l.holes.as_mut_ptr(),
-            );
-            peer_level_edges(
-                self.0,
-                n,
-                l.edges.as_mut_ptr(),
-                l.edge_sharpness.as_mut_ptr(),
-                l.edge_non_manifold.as_mut_ptr(),
-                l.edge_face_counts.as_mut_ptr(),
-            );
-            peer_level_vertices(
-                self.0,
-                n,
-                l.vertex_sharpness.as_mut_ptr(),
-                l.vertex_non_manifold.as_mut_ptr(),
-                l.vertex_rules.as_mut_ptr(),
-            );
-            if level > 0 {
-                peer_level_origins(self.0, n, kinds.as_mut_ptr(), parents.as_mut_ptr());
-            }
-        }
-        if level > 0 {
-            let origin = |(&kind, &parent): (&u8, &u32)| match kind {
-                0 => Origin::Vertex(parent),
-                1 => Origin::Edge(parent),
-                2 => Origin::Face(parent),
-                _ => panic!("a vertex of level {level} has no parent"),
-            };
-            l.vertex_origins = kinds.iter().zip(&parents).map(origin).collect();
-        }
-        l
-    }
+    pub tangents: [[f64; 3]; 2],
 }
 
 /// Refines `shape` `levels` times; the result starts with level 0.
@@ -342,14 +109,25 @@ pub fn refine(shape: &Shape, levels: u32, order: VertexOrder) -> Result<Vec<OsdL
     Ok(all)
 }
 
-/// OpenSubdiv's limit of the vertices of `level`, in their order: position, and two tangents as `du` and `dv`.
+/// OpenSubdiv's limit of the vertices of `level`, in their order: `PrimvarRefiner::Limit`.
 ///
 /// # Errors
-/// What OpenSubdiv says when it refuses the mesh.
-pub fn limit(shape: &Shape, level: u32, order: VertexOrder) -> Result<Vec<Jet>, String> {
+/// What OpenSubdiv says when it refuses the mesh. A vertex with more faces than any vertex has edges (as on an edge of
+/// many faces), for whose tangents OpenSubdiv 3.7 writes beyond its buffers.
+pub fn limit(shape: &Shape, level: u32, order: VertexOrder) -> Result<Vec<Limit>, String> {
     let finest = refine(shape, level, order)?.pop().expect("level 0 at least");
-    let refiner = Refiner::new(shape, level, order)?;
     let n = finest.positions.len();
+    let (mut faces, mut edges) = (vec![0u32; n], vec![0u32; n]);
+    finest.face_vertices.iter().for_each(|&v| faces[v as usize] += 1);
+    finest.edges.iter().flatten().for_each(|&v| edges[v as usize] += 1);
+    let most = edges.iter().copied().max().unwrap_or(0);
+    if let Some(v) = faces.iter().position(|&n| n > most) {
+        let (name, n) = (&shape.name, faces[v]);
+        return Err(format!(
+            "{name}: limit of level {level}: vertex {v} has {n} faces, and no vertex more than {most} edges"
+        ));
+    }
+    let refiner = Refiner::new(shape, level, order)?;
     let [mut position, mut tangent1, mut tangent2] = [0; 3].map(|_| vec![[0.0; 3]; n]);
     // SAFETY: all arrays have as many points as the finest level.
     unsafe {
@@ -361,33 +139,7 @@ pub fn limit(shape: &Shape, level: u32, order: VertexOrder) -> Result<Vec<Jet>, 
             tangent2.as_mut_ptr(),
         );
     }
-    Ok((0..n).map(|i| Jet { position: position[i], du: tangent1[i], dv: tangent2[i] }).collect())
-}
-
-/// Position and derivatives of the limit surface by OpenSubdiv's `Bfr::Surface<double>`; NaN on holes. Samples of the
-/// same face should follow one another.
-///
-/// # Errors
-/// What OpenSubdiv says when it refuses the mesh.
-pub fn eval(shape: &Shape, samples: &[Sample], approximation: Approximation) -> Result<Vec<Jet>, String> {
-    let refiner = Refiner::new(shape, 0, VertexOrder::default())?;
-    let faces: Vec<c_int> = samples.iter().map(|s| s.ptex_face as c_int).collect();
-    let uv: Vec<[f64; 2]> = samples.iter().map(|s| s.uv).collect();
-    let mut jets = vec![Jet::default(); samples.len()];
-    // SAFETY: the arrays have one entry a sample; faces out of range are left NaN.
-    unsafe {
-        peer_eval(
-            refiner.0,
-            shape.positions.as_ptr(),
-            samples.len() as c_int,
-            faces.as_ptr(),
-            uv.as_ptr(),
-            approximation.smooth as c_int,
-            approximation.sharp as c_int,
-            jets.as_mut_ptr(),
-        );
-    }
-    Ok(jets)
+    Ok((0..n).map(|i| Limit { position: position[i], tangents: [tangent1[i], tangent2[i]] }).collect())
 }
 
 #[cfg(test)]
@@ -436,8 +188,9 @@ mod tests {
     #[ignore = "needs ../shared/models; cargo test -- --ignored"]
     fn limits_and_samples_of_every_regression_shape_are_finite() {
         for shape in crate::shape::shapes(&crate::shapes_folder(), &["catmark_", "bilinear_", "loop_"]).unwrap() {
-            let jets = limit(&shape, 2, VertexOrder::default()).unwrap();
-            assert!(jets.iter().all(|j| j.position.iter().all(|x| x.is_finite())), "{}", shape.name);
+            // An error where OpenSubdiv would write beyond its buffers.
+            let limits = limit(&shape, 2, VertexOrder::default()).unwrap_or_default();
+            assert!(limits.iter().all(|l| l.position.iter().all(|x| x.is_finite())), "{}", shape.name);
             let sample = |f| Sample { ptex_face: f, uv: [0.25, 0.5] };
             let samples: Vec<Sample> = (0..shape.counts.len() as u32).map(sample).collect();
             let jets = eval(&shape, &samples, Approximation::default()).unwrap();

@@ -47,6 +47,7 @@ pub fn random_shape(models: &[Shape], seed: u64) -> Shape {
     let r = &mut random;
     let mut shape = models[r.below(models.len())].clone();
     shape.name = format!("{}#{seed}", shape.name);
+    shape.channel = None;
     let mut corners = shape.indices.iter().copied();
     let mut faces: Vec<Vec<u32>> = shape.counts.iter().map(|&n| corners.by_ref().take(n as usize).collect()).collect();
 

@@ -3,13 +3,21 @@
 //! regression tests: edge-only boundaries, uniform creasing.
 
 use std::path::{Path, PathBuf};
-use subsurf::{Boundary, Corner, Crease, Creasing, FaceVarying, Rules, Tags, Triangles};
+use subsurf::{Boundary, ControlMesh, Corner, Crease, Creasing, FaceVarying, Rules, Tags, Triangles};
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Scheme {
     Bilinear,
     CatmullClark,
     Loop,
+}
+
+/// Texture coordinates with indices of their own at face corners.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Channel {
+    pub values: Vec<[f64; 2]>,
+    /// One per face corner.
+    pub indices: Vec<u32>,
 }
 
 #[derive(Clone, Debug)]
@@ -20,11 +28,16 @@ pub struct Shape {
     pub counts: Vec<u32>,
     pub indices: Vec<u32>,
     pub tags: Tags,
+    /// None where a corner lacks a texture coordinate.
+    pub channel: Option<Channel>,
 }
 
 impl Shape {
     pub fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let mut text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        if path.extension().is_some_and(|e| e == "h") {
+            text = string_literals(&text);
+        }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let parsed = Self::parse(&name, &text);
         parsed.map_err(|(line, what)| format!("{}:{line}: {what}", path.display()))
@@ -43,19 +56,30 @@ impl Shape {
             positions: vec![],
             counts: vec![],
             indices: vec![],
+            channel: Some(Channel { values: vec![], indices: vec![] }),
             tags: Tags { rules: Rules { boundary: Boundary::EdgeOnly, ..Rules::default() }, ..Tags::default() },
         };
         for (number, line) in text.lines().enumerate() {
             let mut words = line.split_whitespace();
             let done = match words.next() {
                 Some("v") => shape.vertex(words),
+                Some("vt") => shape.texture_coordinate(words),
                 Some("f") => shape.face(words),
                 Some("t") => shape.tag(&words.collect::<Vec<_>>()),
                 _ => Some(()),
             };
             done.ok_or_else(|| (number + 1, format!("cannot read {line:?}")))?;
         }
+        let corners = shape.indices.len();
+        shape.channel = shape.channel.filter(|c| c.indices.len() == corners && corners > 0);
         Ok(shape)
+    }
+
+    fn texture_coordinate<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Option<()> {
+        let mut number = || words.next()?.parse().ok();
+        let value = [number()?, number()?];
+        self.channel.as_mut()?.values.push(value);
+        Some(())
     }
 
     fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Option<()> {
@@ -70,6 +94,11 @@ impl Shape {
             let index: i64 = word.split('/').next()?.parse().ok()?;
             let vertex = if index < 0 { self.positions.len() as i64 + index } else { index - 1 };
             self.indices.push(u32::try_from(vertex).ok()?);
+            let value = word.split('/').nth(1).and_then(|i| i.parse::<i64>().ok());
+            if let (Some(index), Some(channel)) = (value, &mut self.channel) {
+                let value = if index < 0 { channel.values.len() as i64 + index } else { index - 1 };
+                channel.indices.push(u32::try_from(value).ok()?);
+            }
         }
         self.counts.push((self.indices.len() - start) as u32);
         Some(())
@@ -136,6 +165,24 @@ impl Shape {
         Some(())
     }
 
+    /// The mesh in our terms.
+    ///
+    /// # Errors
+    /// What our constructor says.
+    pub fn mesh(&self) -> Result<ControlMesh, String> {
+        ControlMesh::from_counts(self.positions.len(), &self.counts, self.indices.clone(), self.tags.clone())
+            .map_err(|e| e.to_string())
+    }
+
+    /// The scheme in our terms.
+    pub fn our_scheme(&self) -> subsurf::Scheme {
+        match self.scheme {
+            Scheme::Bilinear => subsurf::Scheme::Bilinear,
+            Scheme::CatmullClark => subsurf::Scheme::CatmullClark,
+            Scheme::Loop => subsurf::Scheme::Loop,
+        }
+    }
+
     /// Length of the diagonal of the box around the control points.
     pub fn diagonal(&self) -> f64 {
         let mut sum = 0.0;
@@ -148,13 +195,19 @@ impl Shape {
     }
 }
 
-/// The OBJ files of `folder` whose name starts with one of `prefixes`, sorted by name.
+/// The string of a C++ header: its literals, one after the other.
+fn string_literals(header: &str) -> String {
+    let literal = |line: &str| Some(line.trim().strip_prefix('"')?.rsplit_once('"')?.0.replace("\\n", "\n"));
+    header.lines().filter_map(literal).collect()
+}
+
+/// The OBJ files of `folder`, and headers that hold one as a string (those of OpenSubdiv's `regression/shapes`), whose name starts with one of `prefixes`, sorted by name.
 pub fn shapes(folder: &Path, prefixes: &[&str]) -> Result<Vec<Shape>, String> {
     let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     paths.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.ends_with(".obj") && prefixes.iter().any(|p| name.starts_with(p))
+        (name.ends_with(".obj") || name.ends_with(".h")) && prefixes.iter().any(|p| name.starts_with(p))
     });
     paths.sort();
     if paths.is_empty() {

@@ -36,8 +36,7 @@ A place is a face (from 0), a sub-face (0 for quads, the corner for other faces)
 along the first edge from the first corner and v along the last; in a sub-face, (0,0) is the corner and (1,1) the centre. Under Loop every face is
 a triangle with u + v up to 1: (0,0), (1,0) and (0,1) are its corners.
 At extraordinary vertices derivatives may vanish or diverge, as the column `derivatives` says; du and dv are then
-directions. The normal is empty where the surface has none, curvature where it is unbounded. Texture coordinates' derivatives are
-empty where they are not finite.";
+directions. The normal is empty where the surface has none, curvature where it is unbounded.";
 
 /// Evaluate the limit surface at given places, exactly
 #[derive(Args, Clone, Debug)]
@@ -62,7 +61,7 @@ pub struct EvalArgs {
     /// Add the blend weight b of --normals a1 to a4, from 0 to 1, before it is raised to --blend-power
     #[arg(long)]
     blend_weight: bool,
-    /// Add texture coordinates and their derivatives: s,t,du_s,du_t,dv_s,dv_t
+    /// Add texture coordinates and their derivatives: s,t,du_s,du_t,dv_s,dv_t,texture_derivatives
     #[arg(long)]
     texture: bool,
     #[command(flatten)]

@@ -169,7 +169,10 @@ impl Facts<'_> {
         page.section("Channels");
         match c.texture {
             None => page.line("texture", "none"),
-            Some(t) => page.row("texture", t.values, &format!("values, {} seam edges", t.seam_edges)),
+            Some(t) => {
+                let edges = if t.seam_edges == 1 { "edge" } else { "edges" };
+                page.row("texture", t.values, &format!("values, {} seam {edges}", t.seam_edges));
+            }
         }
         match c.normals {
             None => page.line("normals", "none"),

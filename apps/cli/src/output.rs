@@ -62,6 +62,14 @@ impl Output {
         }
     }
 
+    /// True where the format keeps creases, corners and holes.
+    pub fn keeps_tags(&self) -> bool {
+        match self {
+            Self::StandardOutput => true,
+            Self::File(path) => Format::from_path(path) == Some(Format::Obj),
+        }
+    }
+
     /// Writes a mesh, as OBJ to standard output.
     pub fn write_mesh<T: Real>(&self, mesh: &OutputMesh<'_, T>) -> Result<(), Failure> {
         match self {

@@ -24,7 +24,8 @@ Examples:
 Vertices come in OpenSubdiv's default order: those of the parent's vertices, then of its faces (not under Loop),
 then of its edges.
 Texture coordinates are refined by the face-varying rule; with --limit they move to their limit too.
-Refining the output of `refine` again continues the same surface. Only OBJ files keep tags.";
+Refining the output of `refine` again continues the same surface, its vertices in another order; a warning says where
+edges cannot be told apart. Only OBJ files keep tags.";
 
 /// Subdivide level by level, keeping creases, corners and holes
 #[derive(Args, Clone, Debug)]
@@ -69,8 +70,14 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     input.warn_about(control.topology(), console);
     let counts = Counts::of(control.topology()).refined(args.level, input.scheme);
     let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
-    memory::check(&input.name, format!("level {}", args.level), counts.bytes(size_of::<T>()))?;
     let texture = input.texture::<T>(control.topology())?;
+    let mut bytes = counts.bytes(3 * size_of::<T>());
+    if let Some(texture) = &texture {
+        let own = Counts::of(texture.channel.topology()).refined(args.level, input.scheme);
+        let own = own.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
+        bytes = bytes.saturating_add(own.bytes(2 * size_of::<T>()));
+    }
+    memory::check(&input.name, format!("level {}", args.level), bytes)?;
 
     let bar = console.progress("refining", u64::from(args.level) + 1);
     let (mut level, mut values) = (control, points.clone());
@@ -89,6 +96,14 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     let texture = texture.map(|texture| refine_texture(texture, args, input)).transpose()?;
     let t = level.topology();
     let tags = carried_tags::of(t);
+    let merged = if output.keeps_tags() { carried_tags::unsayable(t, &tags) } else { 0 };
+    if merged > 0 {
+        console.warn(&format_args!(
+            "{}: {merged} edges of level {} share their ends with others, which a file cannot say; refining the output \
+             again gives another surface there",
+            input.name, args.level
+        ));
+    }
     output.write_mesh(&OutputMesh {
         positions: &values,
         sizes: FaceSizes::Offsets(t.face_offsets()),
@@ -110,6 +125,7 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
             "creases": tags.creases.len(),
             "corners": tags.corners.len(),
             "holes": tags.holes.len(),
+            "texture_coordinates": texture.as_ref().map(|(_, values)| values.len()),
             "seconds": start.elapsed().as_secs_f64(),
         }))?;
     }
@@ -170,10 +186,10 @@ impl Counts {
         Ok(self)
     }
 
-    /// Memory of such a level, its parent and the positions of both, roughly.
-    fn bytes(self, size_of_number: usize) -> u64 {
+    /// Memory of such a level, its parent and the values of both, roughly.
+    fn bytes(self, size_of_value: usize) -> u64 {
         let tables = 16 * self.corners + 32 * self.edges + 24 * self.vertices + 5 * self.faces;
-        let values = 3 * size_of_number as u64 * self.vertices;
+        let values = size_of_value as u64 * self.vertices;
         (tables + values) / 4 * 5
     }
 }

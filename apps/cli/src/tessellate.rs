@@ -127,7 +127,8 @@ pub fn run(args: &TessellateArgs, common: &Common, console: &Console) -> Result<
     // A point with its normal, and four corners with two indices each.
     let size = if common.precision == Some(Precision::F64) { 8 } else { 4 };
     if let Some(available) = memory::available() {
-        options.most_points = options.most_points.min(available / (6 * size + 32));
+        let point = if input.scene.texture.is_some() { 2 * (6 * size + 32) } else { 6 * size + 32 };
+        options.most_points = options.most_points.min(available / point);
     }
     match common.precision {
         Some(Precision::F64) => tessellate::<f64>(args, &options, common, &input, &output, console),
@@ -152,7 +153,10 @@ fn tessellate<T: subsurf::Real + subsurf_io::Real>(
     let shading = args.normals.shading(&table, &points, input, |n| n)?;
     let texture = input.texture::<T>(table.topology())?;
     if let Rates::Uniform(rate) = options.rates {
-        memory::check(&input.name, format!("rate {rate}"), uniform_bytes(&table, rate, size_of::<T>()))?;
+        let bytes = uniform_bytes(&table, rate, size_of::<T>());
+        // Texture coordinates have indices of their own, and PLY and GLB repeat vertices along seams.
+        let bytes = if texture.is_some() { bytes.saturating_mul(2) } else { bytes };
+        memory::check(&input.name, format!("rate {rate}"), bytes)?;
         if rate % 2 == 1 && has_subfaces(&table) {
             console.note(&format_args!("rate {rate} is rounded up to {}: some faces are no quads", rate + 1));
         }

@@ -1,8 +1,8 @@
 //! Laws of whole pictures, on small ones.
 
 use subsurf_render::{
-    Background, Camera, Faceted, Image, Legend, Options, Overlay, Polyline, RenderError, RenderMesh, SceneError, Show,
-    Stroke, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals, View, palette, render,
+    Background, Camera, Faceted, Image, Legend, Options, Overlay, Phase, Polyline, RenderError, RenderMesh, SceneError,
+    Show, Stroke, SurfaceAt, SurfacePoint, SurfaceShader, VertexNormals, View, palette, render,
 };
 
 /// A sphere of radius 1 by longitude and latitude, with poles on the y-axis.
@@ -207,6 +207,35 @@ fn a_scale_shows_its_colours_and_those_between_under_its_title() {
 }
 
 #[test]
+fn stripes_narrower_than_samples_are_grey_and_wide_ones_have_smooth_edges() {
+    /// So many stripes per unit of x.
+    struct Comb(f32);
+    impl SurfaceShader for Comb {
+        fn normal(&self, _: &SurfaceAt) -> Option<[f64; 3]> {
+            None
+        }
+        fn phase(&self, point: &SurfacePoint) -> Option<Phase> {
+            Some(Phase { stripes: self.0 * point.position[0], turn: f32::INFINITY })
+        }
+    }
+    let options = Options { show: Show::Isophotes, samples: 4, ..small() };
+    let row = |per_unit: f32| -> Vec<u8> {
+        let image = render(&square(), &Comb(per_unit), &Overlay::default(), &options, None).expect("it renders");
+        (18..46).map(|x| image.pixel(x, 30)[1]).collect()
+    };
+    let range = |row: &[u8]| (row.iter().min().copied(), row.iter().max().copied());
+    // 16 pixels per unit, of two samples' width each: 5 stripes in a sample.
+    let (least, most) = range(&row(160.0));
+    assert!(most.zip(least).is_some_and(|(most, least)| most - least < 40), "{least:?} to {most:?}");
+    // Stripes of 16 pixels: dark, light and at most four greys in between at each edge.
+    let wide = row(1.0);
+    let (least, most) = range(&wide);
+    assert!(least < Some(70) && most > Some(220), "{wide:?}");
+    let greys = wide.iter().filter(|&&x| x > least.unwrap_or(0) + 2 && x < most.unwrap_or(0) - 2).count();
+    assert!((3..=12).contains(&greys), "{wide:?}");
+}
+
+#[test]
 fn what_is_seen_is_what_covers_the_middles_of_pixels() {
     let mesh = square();
     let scene = subsurf_render::Scene::new(&mesh).expect("the square is right");
@@ -214,7 +243,8 @@ fn what_is_seen_is_what_covers_the_middles_of_pixels() {
     for (step, expected) in [(1, 32 * 32), (2, 16 * 16)] {
         let seen = scene.seen(&Overlay::default(), &small(), step).expect("the options are right");
         assert_eq!(seen.len(), expected);
-        assert!(seen.iter().all(|at| at.u >= 0.0 && at.v >= 0.0 && at.u + at.v <= 1.0 + 1e-6));
+        // Within the triangles, to rounding in single precision.
+        assert!(seen.iter().all(|at| at.u >= -1e-6 && at.v >= -1e-6 && at.u + at.v <= 1.0 + 1e-6));
     }
     let away = Camera::At(View { eye: [0.0, 0.0, 10.0], target: [0.0, 0.0, 20.0], fov_deg: 30.0 });
     let seen = scene.seen(&Overlay::default(), &Options { camera: away, ..small() }, 1);

@@ -90,3 +90,8 @@ pub use triangulate::Triangulated;
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// The examples for those who know OpenSubdiv run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/from-opensubdiv.md")]
+struct FromOpenSubdiv;

@@ -125,8 +125,9 @@ impl Rules {
         Self { boundary: Boundary::None, face_varying: FaceVarying::All, ..Self::default() }
     }
 
-    /// Blender's defaults: edge-only boundaries, uniform creasing, face-varying corners-only ("keep corners").
+    /// Blender's defaults since its version 2.91: edge-only boundaries, uniform creasing, piecewise linear seams ("keep
+    /// boundaries").
     pub fn blender() -> Self {
-        Self { boundary: Boundary::EdgeOnly, face_varying: FaceVarying::CornersOnly, ..Self::default() }
+        Self { boundary: Boundary::EdgeOnly, face_varying: FaceVarying::Boundaries, ..Self::default() }
     }
 }

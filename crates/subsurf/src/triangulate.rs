@@ -8,9 +8,11 @@
 //! diagonal is an edge of the mesh already. Polygons of more than [`LARGEST`] corners are halved from their first corner
 //! until they have fewer.
 
+use crate::index::Face;
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
 use crate::real::Real;
 use crate::tags::{Boundary, Corner, INFINITE_SHARPNESS, Tags};
+use crate::topology::Topology;
 use std::collections::HashSet;
 
 /// Most corners of a polygon that is cut ear by ear, at a cost of the cube of their number. Larger: seconds for one
@@ -36,7 +38,8 @@ impl ControlMesh {
     /// cut for all frames of an animation.
     ///
     /// # Errors
-    /// [`MeshError::TooLarge`] where the triangles' corners would overflow 32-bit indices.
+    /// [`MeshError::TooLarge`] where the triangles' corners would overflow 32-bit indices, and those of [`Topology::new`]:
+    /// a crease along what only becomes an edge by the cut is refused.
     ///
     /// # Panics
     /// If `positions` has not one row per vertex.
@@ -57,15 +60,15 @@ impl ControlMesh {
             }
         }
         let vertices: Vec<u32> = corners.iter().map(|&c| self.corners()[c as usize]).collect();
-        let tags = self.tags_of_parts(&faces, &vertices);
+        let tags = self.tags_of_parts(&Topology::new(self)?, &faces, &vertices);
         let mesh = Self::from_counts(self.vertex_count(), &vec![3; faces.len()], vertices, tags)?;
         Ok(Triangulated { mesh, faces, corners })
     }
 
-    fn tags_of_parts(&self, faces: &[u32], vertices: &[u32]) -> Tags {
+    /// Holes are those of the whole faces, by tag or by the boundary rule.
+    fn tags_of_parts(&self, whole: &Topology, faces: &[u32], vertices: &[u32]) -> Tags {
         let mut tags = self.tags().clone();
-        let holes: HashSet<u32> = std::mem::take(&mut tags.holes).into_iter().collect();
-        tags.holes = (0..faces.len() as u32).filter(|&t| holes.contains(&faces[t as usize])).collect();
+        tags.holes = (0..faces.len() as u32).filter(|&t| whole.is_hole(Face(faces[t as usize]))).collect();
         if tags.rules.boundary == Boundary::EdgeAndCorner {
             let [before, now] = [self.corners(), vertices].map(|list| {
                 let mut count = vec![0u32; self.vertex_count()];
@@ -240,6 +243,25 @@ mod tests {
     }
 
     #[test]
+    fn a_crease_on_no_edge_of_the_polygons_is_refused() {
+        let tags = Tags { creases: vec![crate::tags::Crease::new(0, 2, 2.0)], ..Tags::default() };
+        let quad = ControlMesh::new(&[[0, 1, 2, 3]], tags).unwrap();
+        let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        assert!(matches!(quad.triangulated(&square), Err(MeshError::CreaseNotOnEdge { crease: 0, a: 0, b: 2 })));
+    }
+
+    #[test]
+    fn the_boundary_rule_makes_holes_of_whole_polygons() {
+        let shape = shapes::grid(3, 3);
+        let mesh = shape.mesh.with_rules(Rules { boundary: Boundary::None, ..Rules::default() });
+        let cut = mesh.triangulated(&shape.positions).unwrap();
+        let (whole, parts) = (Topology::new(&mesh).unwrap(), Topology::new(&cut.mesh).unwrap());
+        for (t, &f) in cut.faces.iter().enumerate() {
+            assert_eq!(parts.is_hole(Face(t as u32)), whole.is_hole(Face(f)), "triangle {t}");
+        }
+    }
+
+    #[test]
     fn corners_faces_creases_and_holes_are_those_of_the_polygons() {
         for shape in shapes::all() {
             let cut = shape.mesh.triangulated(&shape.positions).unwrap();
@@ -250,9 +272,9 @@ mod tests {
                 let face = old.face_offsets().partition_point(|&o| o <= c) - 1;
                 assert_eq!(face as u32, cut.faces[i / 3], "{}", shape.name);
             }
-            let is_hole = |mesh: &ControlMesh, f: u32| mesh.tags().holes.contains(&f);
+            let (old, new) = (Topology::new(old).unwrap(), Topology::new(new).unwrap());
             for (t, &f) in cut.faces.iter().enumerate() {
-                assert_eq!(is_hole(new, t as u32), is_hole(old, f), "{}", shape.name);
+                assert_eq!(new.is_hole(Face(t as u32)), old.is_hole(Face(f)), "{}", shape.name);
             }
         }
     }

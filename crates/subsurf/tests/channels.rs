@@ -6,8 +6,8 @@ use random_mesh::{Mesh, for_all, recipe};
 use std::collections::HashMap;
 use subsurf::shapes;
 use subsurf::{
-    Channel, ChannelError, ControlMesh, Derivatives, Face, FaceVarying, Facets, Level, LimitStencilTable, Location,
-    PatchTable, Rates, Scheme, StencilTable, TessellateOptions, Topology, Vertex,
+    Channel, ChannelError, ControlMesh, Creasing, Derivatives, Face, FaceVarying, Facets, HalfEdge, Level,
+    LimitStencilTable, Location, PatchTable, Rates, Rules, Scheme, StencilTable, TessellateOptions, Topology, Vertex,
 };
 
 const RULES: [FaceVarying; 6] = [
@@ -113,6 +113,36 @@ fn a_channel_keeps_the_invariants_at_every_level() {
             for depth in 0..3 {
                 level.topology().check().map_err(|e| format!("{rule:?}, level {depth}: {e}"))?;
                 level = level.refine().unwrap();
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn away_from_seams_a_channels_edges_are_as_sharp_as_the_meshs_at_every_level() {
+    everywhere(40, |mesh, scheme, _, seed| {
+        for creasing in [Creasing::Uniform, Creasing::Chaikin] {
+            let rules = Rules { creasing, ..mesh.tags().rules };
+            let control = Level::new(&mesh.clone().with_rules(rules), scheme).map_err(|e| e.to_string())?;
+            let (corners, values) = random_seams(mesh, seed);
+            for rule in RULES {
+                let mut level = control.clone();
+                let mut refined = channel(control.topology(), scheme, values.len(), &corners, rule).level();
+                for _ in 0..3 {
+                    (level, refined) = (level.refine().unwrap(), refined.refine().unwrap());
+                    let (mesh, channel) = (level.topology(), refined.topology());
+                    for h in (0..mesh.half_edge_count() as u32).map(HalfEdge) {
+                        let (a, b) = (mesh.edge(h), channel.edge(h));
+                        if channel.is_boundary(b) {
+                            continue;
+                        }
+                        let (s, own) = (mesh.edge_sharpness(a), channel.edge_sharpness(b));
+                        // Averages may be summed in another order.
+                        let what = || format!("{creasing:?}, {rule:?}, level {}, {a:?}: {s} and {own}", level.depth());
+                        require((s - own).abs() < 1e-12, what)?;
+                    }
+                }
             }
         }
         Ok(())
@@ -228,7 +258,7 @@ fn linear_boundaries_are_straight_between_values() {
     let bent: Vec<[f64; 2]> = (0..count).map(|i| [(i * i % 7) as f64, (i * 5 % 11) as f64]).collect();
     let own = channel(t, Scheme::CatmullClark, count, shape.mesh.corners(), FaceVarying::Boundaries);
     let own = own.patch_table().unwrap();
-    for h in (0..t.half_edge_count() as u32).map(subsurf::HalfEdge) {
+    for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
         if !t.is_boundary(t.edge(h)) {
             continue;
         }

@@ -22,12 +22,12 @@ fn random_meshes(cases: u32, seed: u64, method: Method) {
 
 #[test]
 fn deflated_powers_give_the_limit_of_refinement_on_random_triangle_meshes() {
-    random_meshes(100, 3, Method::Deflated);
+    random_meshes(80, 3, Method::Deflated);
 }
 
 #[test]
 fn the_eigenbasis_gives_the_limit_of_refinement_on_random_triangle_meshes() {
-    random_meshes(100, 4, Method::Eigenbasis);
+    random_meshes(80, 4, Method::Eigenbasis);
 }
 
 #[test]

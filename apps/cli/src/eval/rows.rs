@@ -17,7 +17,7 @@ const USUAL: &str = "face,subface,u,v,x,y,z,du_x,du_y,du_z,dv_x,dv_y,dv_z,n_x,n_
 const SECOND: &str = ",duu_x,duu_y,duu_z,duv_x,duv_y,duv_z,dvv_x,dvv_y,dvv_z";
 const CURVATURE: &str = ",k1,k2,gaussian,mean";
 const BLEND_WEIGHT: &str = ",b";
-const TEXTURE: &str = ",s,t,du_s,du_t,dv_s,dv_t";
+const TEXTURE: &str = ",s,t,du_s,du_t,dv_s,dv_t,texture_derivatives";
 
 /// A number of the chosen precision, written with the fewest digits from which it reads back: at most 17 or 9.
 pub trait Number: Real {
@@ -82,12 +82,7 @@ impl<'a, T: Number> Rows<'a, T> {
             fields::<T>(&vector, out);
         }
         optional_fields::<T, 3>(self.shading.normal(at, &jet), out);
-        out.extend_from_slice(match jet.derivatives {
-            Derivatives::Finite => b"finite",
-            Derivatives::Vanishes => b"vanishes",
-            Derivatives::Diverges => b"diverges",
-        });
-        out.push(b',');
+        state(jet.derivatives, out);
         if second {
             optional_fields::<T, 9>(jet.second.map(|d| std::array::from_fn(|i| d[i / 3][i % 3])), out);
         }
@@ -100,8 +95,8 @@ impl<'a, T: Number> Rows<'a, T> {
         }
         if let Some(jet) = self.texture.and_then(|texture| texture.eval(at)) {
             fields::<T>(&jet.position, out);
-            let finite = jet.derivatives == Derivatives::Finite;
-            optional_fields::<T, 4>(finite.then_some([jet.du[0], jet.du[1], jet.dv[0], jet.dv[1]]), out);
+            fields::<T>(&[jet.du[0], jet.du[1], jet.dv[0], jet.dv[1]], out);
+            state(jet.derivatives, out);
         }
         // Every field wrote a comma behind it.
         out.pop();
@@ -109,6 +104,14 @@ impl<'a, T: Number> Rows<'a, T> {
         counts.count(jet.derivatives);
         Ok(())
     }
+}
+
+fn state(derivatives: Derivatives, out: &mut Vec<u8>) {
+    out.extend_from_slice(match derivatives {
+        Derivatives::Finite => b"finite,",
+        Derivatives::Vanishes => b"vanishes,",
+        Derivatives::Diverges => b"diverges,",
+    });
 }
 
 fn fields<T: Number>(values: &[f64], out: &mut Vec<u8>) {

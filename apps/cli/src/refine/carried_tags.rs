@@ -1,6 +1,6 @@
 //! The tags of a refined level: its sharpness, less what every reader infers from the faces and the rules.
 
-use subsurf::{Boundary, Corner, Crease, Edge, Face, INFINITE_SHARPNESS, Tags, Topology, Vertex};
+use subsurf::{Boundary, ControlMesh, Corner, Crease, Edge, Face, INFINITE_SHARPNESS, Tags, Topology, Vertex};
 
 /// Tags with which the faces of `t` have the sharpness and holes of `t` again.
 ///
@@ -33,10 +33,37 @@ pub fn of(t: &Topology) -> Tags {
     Tags { creases: creases.collect(), corners: corners.collect(), holes: holes.collect(), rules }
 }
 
+/// Number of edges that are sharper or smoother when the faces of `t` are read again with `tags`: edges between the same
+/// two vertices become one there, and so do the halves of winding conflicts.
+pub fn unsayable(t: &Topology, tags: &Tags) -> usize {
+    // Only non-manifold edges and, under Loop, interior vertices of two faces make such edges.
+    let (mut faces_at, mut open) = (vec![0u32; t.vertex_count()], vec![false; t.vertex_count()]);
+    t.corners().iter().for_each(|&v| faces_at[v as usize] += 1);
+    let edges = || (0..t.edge_count()).map(Edge::new);
+    for e in edges().filter(|&e| t.is_boundary(e)) {
+        t.edge_vertices(e).iter().for_each(|v| open[v.index()] = true);
+    }
+    let is_odd = faces_at.iter().zip(&open).any(|(&faces, &open)| faces == 2 && !open);
+    if !is_odd && !edges().any(|e| t.is_non_manifold_edge(e)) {
+        return 0;
+    }
+    let sizes: Vec<u32> = t.face_offsets().windows(2).map(|w| w[1] - w[0]).collect();
+    let again = ControlMesh::from_counts(t.vertex_count(), &sizes, t.corners().to_vec(), tags.clone());
+    let Ok(again) = again.and_then(|mesh| Topology::new(&mesh)) else { return t.edge_count() };
+    let half_edges = (0..t.face_count()).map(Face::new).flat_map(|f| (0..t.sides(f)).map(move |c| t.half_edge(f, c)));
+    let mut differs = vec![false; t.edge_count()];
+    for h in half_edges {
+        let same = again.edge_sharpness(again.edge(h)) == t.edge_sharpness(t.edge(h))
+            && again.vertex_sharpness(again.origin(h)) == t.vertex_sharpness(t.origin(h));
+        differs[t.edge(h).index()] |= !same;
+    }
+    differs.into_iter().filter(|&d| d).count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use subsurf::{ControlMesh, Level, Rules, Scheme, shapes};
+    use subsurf::{Level, Rules, Scheme, shapes};
 
     /// Sharpness at every edge (by its ends) and vertex, and the holes.
     type Effective = (Vec<(Vec<Vertex>, f64)>, Vec<f64>, Vec<bool>);
@@ -71,9 +98,23 @@ mod tests {
                     let mesh = ControlMesh::from_counts(t.vertex_count(), &sizes, t.corners().to_vec(), of(t)).unwrap();
                     let again = Topology::new(&mesh).unwrap();
                     assert_eq!(effective(&again), effective(t), "{} {boundary:?} level {depth}", shape.name);
+                    assert_eq!(unsayable(t, &of(t)), 0, "{} {boundary:?} level {depth}", shape.name);
                     level = level.refine().unwrap();
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_tags_cannot_say_is_counted() {
+        let odd = shapes::all().into_iter().filter(|shape| shape.name.starts_with("winding"));
+        let mut found = 0;
+        for shape in odd {
+            let level = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap().refine().unwrap();
+            let t = level.topology();
+            assert!(unsayable(t, &of(t)) > 0, "{}", shape.name);
+            found += 1;
+        }
+        assert!(found > 0);
     }
 }

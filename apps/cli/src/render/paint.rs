@@ -37,6 +37,10 @@ const BASELINE_COLORS: [usize; 4] = [0, 4, 1, 2];
 /// vertices, where curvature grows without bound, bleach everything else; smaller hides differences.
 const SHARE: f64 = 0.95;
 
+/// Curvature below this, in one over the size of the model, comes from the rounding of control points, and gets no
+/// colours.
+const ROUNDING: f64 = 1e-5;
+
 impl<'a> Painter<'a> {
     pub fn new(subject: &Subject<'a>, look: &Look, mesh: &RenderMesh) -> Self {
         let &Subject { table, points, shading, baseline } = subject;
@@ -56,9 +60,14 @@ impl<'a> Painter<'a> {
     }
 
     /// Fits the colours to `range`, or else to the curvature at the places `seen`.
-    pub fn set_range(&mut self, range: Option<f64>, seen: &[SurfaceAt]) {
+    pub fn set_range(&mut self, range: Option<f64>, points: &[[f32; 3]], seen: &[SurfaceAt]) {
         let size = |at: &SurfaceAt| self.curvature(at).map(f64::abs);
-        self.range = range.unwrap_or_else(|| rounded_up(percentile(seen.par_iter().filter_map(size).collect())));
+        let power = if self.show == Show::Gaussian { 2 } else { 1 };
+        let flat = extent(points).recip();
+        self.range = range.unwrap_or_else(|| match percentile(seen.par_iter().filter_map(size).collect()) {
+            size if size > (ROUNDING * flat).powi(power) => rounded_up(size),
+            _ => rounded_up(flat.powi(power)),
+        });
     }
 
     /// The end of the colours' scale, if they show curvature.
@@ -68,8 +77,7 @@ impl<'a> Painter<'a> {
 
     /// What the colours mean; `marks` is the number of dots where there is no curvature.
     pub fn legend(&self, marks: usize) -> Option<Legend> {
-        let mut legend = Legend::default();
-        legend.entries = match (self.show, self.baseline) {
+        let entries = match (self.show, self.baseline) {
             (Show::Patches, Some(baseline)) => {
                 let counts = baseline.counts();
                 let occurs = |kind: &usize| counts.iter().any(|level| level[*kind] > 0);
@@ -83,6 +91,7 @@ impl<'a> Painter<'a> {
             (Show::Gaussian | Show::Mean, _) if marks > 0 => vec![(marks::COLOR, "no value".to_owned())],
             _ => Vec::new(),
         };
+        let mut legend = Legend { entries, ..Legend::default() };
         match self.show {
             Show::Gaussian | Show::Mean => {
                 // Beyond the ends colours stay the same.
@@ -164,6 +173,18 @@ impl SurfaceShader for Painter<'_> {
             _ => None,
         }
     }
+}
+
+/// Longest side of the box round the points.
+fn extent(points: &[[f32; 3]]) -> f64 {
+    let side = |i: usize| {
+        let ends = points
+            .iter()
+            .map(|p| f64::from(p[i]))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+        ends[1] - ends[0]
+    };
+    (0..3).map(side).fold(f64::MIN_POSITIVE, f64::max)
 }
 
 /// The value that a share [`SHARE`] of all does not exceed; 0 of none.

@@ -112,7 +112,7 @@ pub fn draw(subject: &Subject<'_>, look: &Look, progress: Option<Progress<'_>>) 
     let mut painter = Painter::new(subject, look, &mesh);
     let mut marks = 0;
     if matches!(look.show, Show::Gaussian | Show::Mean) {
-        painter.set_range(look.range, &scene.seen(&overlay, &options, SEEN_STEP)?);
+        painter.set_range(look.range, subject.points, &scene.seen(&overlay, &options, SEEN_STEP)?);
         overlay.dots = marks::without_curvature(&surface, look.size[1]);
         marks = overlay.dots.len();
     }

@@ -106,7 +106,7 @@ fn the_blend_weight_comes_before_texture_coordinates() {
     let flags = "--texture --second --curvature --blend-weight --normals a3";
     folder.run(&format!("eval {mixed} --at at.csv -o out.csv {flags}")).done();
     let header = folder.text("out.csv");
-    assert!(header.ends_with(",dvv_z,k1,k2,gaussian,mean,b,s,t,du_s,du_t,dv_s,dv_t\n"), "{header}");
+    assert!(header.ends_with(",dvv_z,k1,k2,gaussian,mean,b,s,t,du_s,du_t,dv_s,dv_t,texture_derivatives\n"), "{header}");
 }
 
 #[test]

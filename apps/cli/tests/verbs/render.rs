@@ -113,6 +113,22 @@ fn every_field_of_normals_has_a_picture_of_its_own() {
 }
 
 #[test]
+fn flat_surfaces_have_no_coloured_rounding() {
+    let folder = Folder::new();
+    // 3 by 3 quads on a slanted plane, with coordinates that are no binary fractions.
+    let points = (0..16).map(|i| (0.1 * f64::from(i % 4), 0.1 * f64::from(i / 4)));
+    let points: String = points.map(|(x, y)| format!("v {x} {y} {}\n", 0.3 * x + 0.7 * y)).collect();
+    let faces: String =
+        [1, 2, 3, 5, 6, 7, 9, 10, 11].map(|i| format!("f {i} {} {} {}\n", i + 1, i + 5, i + 4)).concat();
+    folder.write("plane.obj", points + &faces);
+    for show in ["gaussian", "mean"] {
+        let run = folder.run(&format!("render plane.obj -o out.png --show {show} --json -q {SMALL}")).done();
+        // 0.3 units long: its own curvature would end the scale at about 1e-6.
+        assert!(run.json()["range"].as_f64().unwrap() >= 3.0, "{show}");
+    }
+}
+
+#[test]
 fn colours_of_curvature_fit_the_size_of_the_model() {
     let folder = Folder::new();
     let cube = std::fs::read_to_string(data("cube.obj")).unwrap();

@@ -14,7 +14,7 @@
 //! In a quad the child's corner `j` is the parent's corner `j`, so that (u,v) axes keep their direction; elsewhere the
 //! old vertex comes first.
 
-use super::split::{Split, half, runs_forward};
+use super::split::{SHARE, Split, half, runs_forward};
 use crate::index::HalfEdge;
 use crate::topology::{NONE, Topology};
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ pub(super) fn child(t: &Topology) -> Topology {
     let mut edge = vec![0u32; 4 * half_edges];
     let mut twin = vec![NONE; 4 * half_edges];
     let rows = origin.par_chunks_exact_mut(4).zip(edge.par_chunks_exact_mut(4)).zip(twin.par_chunks_exact_mut(4));
-    rows.enumerate().for_each(|(h, ((origin, edge), twin))| {
+    rows.enumerate().with_min_len(SHARE).for_each(|(h, ((origin, edge), twin))| {
         let h = HalfEdge(h as u32);
         let (next, prev) = (t.next(h), t.prev(h));
         let [a, b, c, d] = [A, B, C, D].map(|k| Child::of(t, h).corner(k));
@@ -81,6 +81,7 @@ pub(super) fn child(t: &Topology) -> Topology {
 
     let inside = (0..half_edges as u32)
         .into_par_iter()
+        .with_min_len(SHARE)
         .map(HalfEdge)
         .map(|h| ([face_point(t.face(h).0), edge_point(t.edge(h).0)], Child::of(t, h).half_edge(B)));
     let face_points = t.face_offset[..faces].iter().map(|&h| Child::of(t, HalfEdge(h)).half_edge(C));

@@ -6,6 +6,9 @@ use crate::topology::{EdgeFlags, NONE, Topology};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Elements that a thread takes at least: topologies of a few faces, of which plans are made, are split by one.
+pub(super) const SHARE: usize = 1024;
+
 /// The tables that differ from split to split. Child vertices are those of parent vertices, then `face_points` (all
 /// faces' or none), then those of edges; child edges are `inside` faces, then the halves of parent edges.
 pub(super) struct Split {
@@ -41,21 +44,24 @@ impl Split {
     pub fn finish(self, t: &Topology) -> Topology {
         let (vertices, edges) = (t.vertex_count(), t.edge_count());
         let first_edge_point = vertices + self.face_points.len();
-        let mut edge_vertices: Vec<[u32; 2]> = self.inside.iter().map(|i| i.0).collect();
-        edge_vertices.par_extend((0..2 * edges).into_par_iter().map(|k| {
+        let mut edge_vertices: Vec<[u32; 2]> = Vec::with_capacity(self.inside.len() + 2 * edges);
+        edge_vertices.par_extend(self.inside.par_iter().with_min_len(SHARE).map(|i| i.0));
+        edge_vertices.par_extend((0..2 * edges).into_par_iter().with_min_len(SHARE).map(|k| {
             let e = Edge((k / 2) as u32);
             [(first_edge_point + k / 2) as u32, t.edge_vertices(e)[k % 2].0]
         }));
-        let mut edge_half_edge: Vec<u32> = self.inside.iter().map(|i| i.1).collect();
-        edge_half_edge.extend(t.edge_half_edge.iter().flat_map(|&h| {
-            let h = HalfEdge(h);
-            let halves = [(self.outwards)(t, h), (self.inwards)(t, t.next(h))];
-            if runs_forward(t, h) { halves } else { [halves[1], halves[0]] }
+        let mut edge_half_edge: Vec<u32> = Vec::with_capacity(self.inside.len() + 2 * edges);
+        edge_half_edge.par_extend(self.inside.par_iter().with_min_len(SHARE).map(|i| i.1));
+        edge_half_edge.par_extend((0..2 * edges).into_par_iter().with_min_len(SHARE).map(|k| {
+            let h = HalfEdge(t.edge_half_edge[k / 2]);
+            if runs_forward(t, h) == (k % 2 == 0) { (self.outwards)(t, h) } else { (self.inwards)(t, t.next(h)) }
         }));
-        let mut edge_flags = vec![EdgeFlags::default(); self.inside.len()];
+        let mut edge_flags = Vec::with_capacity(self.inside.len() + 2 * edges);
+        edge_flags.resize(self.inside.len(), EdgeFlags::default());
         edge_flags.extend(t.edge_flags.iter().flat_map(|&f| [f, f]));
-        let mut edge_sharpness = vec![0.0; self.inside.len()];
-        edge_sharpness.par_extend((0..2 * edges).into_par_iter().map(|k| {
+        let mut edge_sharpness = Vec::with_capacity(self.inside.len() + 2 * edges);
+        edge_sharpness.resize(self.inside.len(), 0.0);
+        edge_sharpness.par_extend((0..2 * edges).into_par_iter().with_min_len(SHARE).map(|k| {
             let e = Edge((k / 2) as u32);
             edge_half(t, e, t.edge_vertices(e)[k % 2])
         }));
@@ -67,17 +73,19 @@ impl Split {
         vertex_non_manifold.resize(first_edge_point, false);
         vertex_non_manifold.extend(t.edge_flags.iter().map(|f| f.non_manifold));
         // Where a fan was open, so is the child's, at the same side.
-        let mut vertex_half_edge: Vec<u32> =
-            (0..vertices as u32).map(|v| t.outgoing(Vertex(v)).map_or(NONE, |h| (self.outwards)(t, h))).collect();
+        let mut vertex_half_edge: Vec<u32> = Vec::with_capacity(vertex_count);
+        let own = (0..vertices as u32).into_par_iter().with_min_len(SHARE);
+        vertex_half_edge.par_extend(own.map(|v| t.outgoing(Vertex(v)).map_or(NONE, |h| (self.outwards)(t, h))));
         vertex_half_edge.extend_from_slice(&self.face_points);
-        vertex_half_edge.extend(t.edge_half_edge.iter().map(|&h| (self.inwards)(t, t.next(HalfEdge(h)))));
+        let on_edges = t.edge_half_edge.par_iter().with_min_len(SHARE);
+        vertex_half_edge.par_extend(on_edges.map(|&h| (self.inwards)(t, t.next(HalfEdge(h)))));
 
         let half_edges = self.origin.len() as u32;
         let mut child = Topology {
             vertex_count,
             face_offset: (0..=half_edges / self.sides).map(|f| self.sides * f).collect(),
             origin: self.origin,
-            face: (0..half_edges).map(|h| h / self.sides).collect(),
+            face: (0..half_edges).into_par_iter().with_min_len(SHARE).map(|h| h / self.sides).collect(),
             edge: self.edge,
             twin: self.twin,
             edge_vertices,

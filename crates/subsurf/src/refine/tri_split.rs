@@ -10,7 +10,7 @@
 //!  v0 ────── E0 ────── v1            d: E_{c-1} → v_c    half of edge c - 1
 //! ```
 
-use super::split::{Split, half, runs_forward};
+use super::split::{SHARE, Split, half, runs_forward};
 use crate::index::HalfEdge;
 use crate::topology::{NONE, Topology};
 use rayon::prelude::*;
@@ -41,7 +41,7 @@ pub(super) fn child(t: &Topology) -> Topology {
     let mut edge = vec![0u32; 4 * half_edges];
     let mut twin = vec![NONE; 4 * half_edges];
     let rows = origin.par_chunks_exact_mut(12).zip(edge.par_chunks_exact_mut(12)).zip(twin.par_chunks_exact_mut(12));
-    rows.enumerate().for_each(|(f, ((origin, edge), twin))| {
+    rows.enumerate().with_min_len(SHARE).for_each(|(f, ((origin, edge), twin))| {
         let base = 12 * f as u32;
         for c in 0..3u32 {
             let h = HalfEdge(3 * f as u32 + c);

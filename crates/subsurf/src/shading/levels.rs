@@ -138,14 +138,16 @@ impl<'a> Levels<'a> {
     }
 }
 
+/// Refuses a level that is too deep before any is made; every step makes four corners of one.
 fn refine_to<'l>(levels: &'l mut Vec<Arc<Level>>, depth: u32, what: &'static str) -> Result<&'l Level, ShadingError> {
-    while levels.len() <= depth as usize {
-        let last = &levels[levels.len() - 1];
-        let corners = 4 * last.topology().half_edge_count();
-        if corners > MOST_CORNERS {
-            return Err(ShadingError::TooDeep { what, level: levels.len() as u32, corners, limit: MOST_CORNERS });
-        }
-        let next = last.refine()?;
+    let made = levels.len() as u32 - 1;
+    let corners = levels[made as usize].topology().half_edge_count();
+    let corners = 4usize.saturating_pow(depth.saturating_sub(made)).saturating_mul(corners);
+    if depth > made && corners > MOST_CORNERS {
+        return Err(ShadingError::TooDeep { what, level: depth, corners, limit: MOST_CORNERS });
+    }
+    for level in made..depth {
+        let next = levels[level as usize].refine()?;
         levels.push(Arc::new(next));
     }
     Ok(&levels[depth as usize])

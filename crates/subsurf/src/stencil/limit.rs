@@ -1,7 +1,7 @@
 //! Limit stencils: points and derivatives of the limit surface, at given places, as weighted sums of control points.
 
 use super::csr::Csr;
-use super::{Dependents, StencilError, StencilTable, limit_rows};
+use super::{Dependents, StencilError, StencilOptions, StencilTable, limit_rows};
 use crate::limit::{Derivatives, Location, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
@@ -131,7 +131,8 @@ impl<W: Real> LimitStencilTable<W> {
         let refined = match places.iter().any(Option::is_none) {
             true => {
                 let control = Level::from_topology(patches.topology().clone(), patches.scheme());
-                Some(StencilTable::<f64>::new(&control, level.depth())?)
+                let bounded = StencilOptions { most_weights: options.most_weights, ..StencilOptions::default() };
+                Some(StencilTable::<f64>::with_options(&control, level.depth(), &bounded)?)
             }
             false => None,
         };

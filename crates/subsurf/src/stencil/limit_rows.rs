@@ -21,7 +21,8 @@ pub(super) fn build<W: Real>(
     options: &LimitStencilOptions,
 ) -> Result<LimitStencilTable<W>, StencilError> {
     let ring = |at: Location| patches.ring(patches.checked_patch(at)).len();
-    let most = (0..count).into_par_iter().map(|i| place(i).map_or(0, ring)).sum();
+    let row = |i: usize| refined.map_or(0, |refined| refined.row(i).0.len());
+    let most = (0..count).into_par_iter().map(|i| place(i).map_or_else(|| row(i), ring)).sum();
     csr::check_count(most, options.most_weights)?;
     let parts = match options.orders {
         Orders::Position => 1,

@@ -220,9 +220,7 @@ impl Sharpener<'_> {
                     channel.vertex_sharpness[value] = INFINITE_SHARPNESS;
                 }
             }
-            if !pinned {
-                self.bind(channel, v, &spans);
-            }
+            self.bind(channel, v, &spans, pinned);
         }
     }
 
@@ -267,8 +265,9 @@ impl Sharpener<'_> {
     }
 
     /// Hands on what lies beyond the seam: sharpness that a value depends on, and that Chaikin's averages take in.
-    fn bind(&self, channel: &mut Topology, v: Vertex, spans: &[Span]) {
-        let depends = matches!(self.rule, FaceVarying::CornersPlus1 | FaceVarying::CornersPlus2) && spans.len() == 2;
+    fn bind(&self, channel: &mut Topology, v: Vertex, spans: &[Span], pinned: bool) {
+        let plus = matches!(self.rule, FaceVarying::CornersPlus1 | FaceVarying::CornersPlus2);
+        let depends = plus && spans.len() == 2 && !pinned;
         let chaikin = self.mesh.rules.creasing == Creasing::Chaikin;
         let is_finite = |s: &f64| *s > 0.0 && *s < INFINITE_SHARPNESS;
         for (i, span) in spans.iter().enumerate() {

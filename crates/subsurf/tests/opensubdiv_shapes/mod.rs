@@ -41,7 +41,7 @@ pub fn point(v: &Value) -> [f64; 3] {
     [0, 1, 2].map(|i| number(&v[i]))
 }
 
-fn read(path: &Path) -> Shape {
+pub fn read(path: &Path) -> Shape {
     let mut json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let mesh = &json["mesh"];
     let rules = Rules {

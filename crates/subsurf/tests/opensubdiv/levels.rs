@@ -1,8 +1,7 @@
-//! Classical refinement against OpenSubdiv's, element by element: `tests/golden/opensubdiv/README.md` describes the data.
+//! Classical refinement against OpenSubdiv's, element by element.
 
-mod opensubdiv_shapes;
-
-use opensubdiv_shapes::{Shape, index, indices, point, rows, shapes, sharpness};
+use crate::opensubdiv_shapes::{Shape, index, indices, point, rows, shapes, sharpness};
+use crate::reference::{apart, diagonal, has_fractions};
 use serde_json::Value;
 use subsurf::{Creasing, Edge, Face, Level, Topology, Vertex};
 
@@ -79,25 +78,6 @@ fn levels(shape: &Shape) -> Vec<Level> {
         levels.push(levels[levels.len() - 1].refine().unwrap());
     }
     levels
-}
-
-/// Diagonal of the box round the control points.
-fn diagonal(points: &[[f64; 3]]) -> f64 {
-    let extent = |k: usize| {
-        let of = |f: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(f).unwrap();
-        of(f64::max) - of(f64::min)
-    };
-    [0, 1, 2].map(extent).iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
-}
-
-/// True where a sharpness is no whole number: OpenSubdiv takes the weight of a rule that decays in single precision.
-fn has_fractions(t: &Topology) -> bool {
-    let edges = (0..t.edge_count() as u32).map(|e| t.edge_sharpness(Edge(e)));
-    edges.chain((0..t.vertex_count() as u32).map(|v| t.vertex_sharpness(Vertex(v)))).any(|s| s.fract() != 0.0)
 }
 
 #[test]
