@@ -10,6 +10,7 @@ mod baseline;
 mod console;
 mod eval;
 mod failure;
+mod figures;
 mod info;
 mod input;
 mod interrupt;
@@ -50,6 +51,7 @@ fn run(cli: &Cli, console: &Console) -> Result<(), Failure> {
         Verb::Tessellate(args) => tessellate::run(args, common, console),
         Verb::Eval(args) => eval::run(args, common, console),
         Verb::Render(args) => render::run(args, common, console),
+        Verb::Figures(args) => figures::run(args, common, console),
         Verb::Completions(args) => manual::completions(args),
         Verb::Man(args) => manual::man(args),
     }

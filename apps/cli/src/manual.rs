@@ -31,7 +31,7 @@ Examples:
 #[command(after_help = MAN)]
 pub struct ManArgs {
     /// One verb [default: the program]
-    #[arg(value_parser = ["info", "refine", "tessellate", "eval", "render"])]
+    #[arg(value_parser = ["info", "refine", "tessellate", "eval", "render", "figures"])]
     verb: Option<String>,
 }
 

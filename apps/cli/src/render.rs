@@ -15,10 +15,11 @@ use crate::input::Input;
 use crate::normals::NormalArgs;
 use crate::output::{FillError, Output};
 use clap::Args;
-use picture::{Look, STRIPES, Subject};
+use picture::{Look, Picture, STRIPES, Subject};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
+use subsurf::Scheme;
 use subsurf_render::{Background, Camera, MAX_STRIPES, Show, Stripes, View};
 
 const EXAMPLES: &str = "\
@@ -71,6 +72,9 @@ pub struct RenderArgs {
     /// Draw the control mesh's edges on the surface, whatever is shown
     #[arg(long)]
     edges: bool,
+    /// Leave the key to the colours out
+    #[arg(long)]
+    no_legend: bool,
     /// With stripes: how many dark ones in half a turn (isophotes) or a full turn of the mirror image (reflection-lines)
     /// [default: 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_STRIPES)))]
@@ -185,6 +189,31 @@ impl RenderArgs {
         }))
     }
 
+    /// Makes the picture of a mesh, whatever file the arguments name.
+    pub fn draw(&self, input: &Input, console: &Console) -> Result<Picture, Failure> {
+        self.check()?;
+        let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| self.up.turned(p)).collect();
+        let table = input.patch_table(self.evaluator.evaluator, console)?;
+        if table.size().patches == 0 {
+            return Err(Failure::OnlyHoles { name: input.name.clone() });
+        }
+        let baseline = self.baseline.refine(table.topology(), input)?;
+        let shading = self.normals.shading(&table, &points, input, |n| self.up.turned(n))?;
+        let subject = Subject { table: &table, points: &points, shading: Some(&shading), baseline: baseline.as_ref() };
+        let bar = console.progress("rendering", 1000);
+        let tell = |done: f32| bar.set_position((done * 1000.0) as u64);
+        let picture = picture::draw(&subject, &self.look(), Some(&tell))
+            .map_err(|source| Failure::Picture { name: input.name.clone(), source })?;
+        bar.finish_and_clear();
+        console.note(&format_args!("rate {}: {} triangles", picture.rate, picture.triangles));
+        Ok(picture)
+    }
+
+    /// The scheme, where one is given.
+    pub fn scheme(&self) -> Option<Scheme> {
+        self.mesh.scheme
+    }
+
     fn look(&self) -> Look {
         // Lights that run across the picture look alike from front and back.
         let default = if self.show == Show::ReflectionLines { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
@@ -198,6 +227,7 @@ impl RenderArgs {
             stripes: Stripes { axis, count: self.stripes.unwrap_or(STRIPES) },
             range: self.range,
             edges: self.edges,
+            legend: !self.no_legend,
         }
     }
 }
@@ -212,20 +242,7 @@ pub fn run(args: &RenderArgs, common: &Common, console: &Console) -> Result<(), 
     output.check_extension("png", |name| Failure::PictureName { name })?;
     let input = Input::load(&args.mesh, args.rule.triangles, console)?;
     let start = Instant::now();
-    let points: Vec<[f32; 3]> = input.positions()?.into_iter().map(|p| args.up.turned(p)).collect();
-    let table = input.patch_table(args.evaluator.evaluator, console)?;
-    if table.size().patches == 0 {
-        return Err(Failure::OnlyHoles { name: input.name.clone() });
-    }
-    let baseline = args.baseline.refine(table.topology(), &input)?;
-    let shading = args.normals.shading(&table, &points, &input, |n| args.up.turned(n))?;
-    let subject = Subject { table: &table, points: &points, shading: Some(&shading), baseline: baseline.as_ref() };
-    let bar = console.progress("rendering", 1000);
-    let tell = |done: f32| bar.set_position((done * 1000.0) as u64);
-    let picture = picture::draw(&subject, &args.look(), Some(&tell))
-        .map_err(|source| Failure::Picture { name: input.name.clone(), source })?;
-    bar.finish_and_clear();
-    console.note(&format_args!("rate {}: {} triangles", picture.rate, picture.triangles));
+    let picture = args.draw(&input, console)?;
     output.write_with(|out| picture.image.write_png(out).map_err(FillError::from))?;
     if common.json {
         print_json(&json!({

@@ -40,6 +40,8 @@ pub struct Look {
     pub range: Option<f64>,
     /// Whether the control mesh's edges are drawn on the surface, where what is shown does not draw them anyway.
     pub edges: bool,
+    /// Whether colours are explained, where they have a meaning.
+    pub legend: bool,
 }
 
 impl Default for Look {
@@ -53,6 +55,7 @@ impl Default for Look {
             stripes: Stripes { axis: [0.0, 1.0, 0.0], count: STRIPES },
             range: None,
             edges: false,
+            legend: true,
         }
     }
 }
@@ -113,7 +116,7 @@ pub fn draw(subject: &Subject<'_>, look: &Look, progress: Option<Progress<'_>>) 
         overlay.dots = marks::without_curvature(&surface, look.size[1]);
         marks = overlay.dots.len();
     }
-    overlay.legend = painter.legend(marks);
+    overlay.legend = painter.legend(marks).filter(|_| look.legend);
     let image = scene.render(&painter, &overlay, &options, progress)?;
     Ok(Picture { image, rate, triangles: mesh.triangles.len(), range: painter.range() })
 }

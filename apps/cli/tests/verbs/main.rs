@@ -2,6 +2,7 @@
 
 mod bilinear;
 mod eval;
+mod figures;
 mod info;
 mod loop_scheme;
 mod models;
