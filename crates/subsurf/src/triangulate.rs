@@ -6,7 +6,7 @@
 //!
 //! Left for last are ears that would fold over (against the polygon's mean normal), that hold another corner, or whose
 //! diagonal is an edge of the mesh already. Polygons of more than [`LARGEST`] corners are halved from their first corner
-//! until they have fewer.
+//! until they have fewer; where those are concave, parts may fold over.
 
 use crate::index::Face;
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError};
@@ -15,8 +15,8 @@ use crate::tags::{Boundary, Corner, INFINITE_SHARPNESS, Tags};
 use crate::topology::Topology;
 use std::collections::HashSet;
 
-/// Most corners of a polygon that is cut ear by ear, at a cost of the cube of their number. Larger: seconds for one
-/// polygon; smaller: more long diagonals.
+/// Most corners of a polygon that is cut ear by ear, at a cost of the square of their number, of the cube where many ears
+/// would fold over. Larger: seconds for one polygon; smaller: more long diagonals.
 const LARGEST: usize = 128;
 
 /// A mesh in triangles, and where they come from.
@@ -139,20 +139,26 @@ impl<'a, T: Real> Cutter<'a, T> {
         let n = left.len();
         let points: Vec<[f64; 3]> = left.iter().map(|&i| self.positions[face[i] as usize].map(T::to_f64)).collect();
         let up = mean_normal(&points);
-        let cost = |at: usize| {
-            let (before, after) = ((at + n - 1) % n, (at + 1) % n);
+        let around = |at: usize| ((at + n - 1) % n, (at + 1) % n);
+        let length = |at: usize| {
+            let (before, after) = around(at);
+            let diagonal = minus(points[after], points[before]);
+            // In a quad, cutting off corner 1 is what makes the first corner's diagonal.
+            (rounded(dot(diagonal, diagonal)), before)
+        };
+        let is_good = |at: usize| {
+            let (before, after) = around(at);
             let [a, b, c] = [before, at, after].map(|k| points[k]);
             let turns = |a, b, c| dot(cross(minus(b, a), minus(c, a)), up);
             let holds = |&p: &[f64; 3]| {
                 ![a, b, c].contains(&p) && turns(a, b, p) >= 0.0 && turns(b, c, p) >= 0.0 && turns(c, a, p) >= 0.0
             };
             let is_edge = self.edges.contains(&edge(face[left[before]], face[left[after]]));
-            let bad = turns(a, b, c) <= 0.0 || is_edge || points.iter().any(holds);
-            let diagonal = minus(c, a);
-            // In a quad, cutting off corner 1 is what makes the first corner's diagonal.
-            (bad, rounded(dot(diagonal, diagonal)), (at + n - 1) % n)
+            turns(a, b, c) > 0.0 && !is_edge && !points.iter().any(holds)
         };
-        (0..n).min_by_key(|&at| cost(at)).unwrap_or(0)
+        let mut ears: Vec<usize> = (0..n).collect();
+        ears.sort_by_cached_key(|&at| length(at));
+        ears.iter().copied().find(|&at| is_good(at)).unwrap_or(ears[0])
     }
 }
 
