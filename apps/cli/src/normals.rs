@@ -48,7 +48,7 @@ const FIELDS: Choices<NormalField> = &[
 ];
 
 fn positive(text: &str) -> Result<f64, &'static str> {
-    text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite()).ok_or("use a number above 0")
+    text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite()).ok_or("use a finite number above 0")
 }
 
 fn parse_averaging(text: &str) -> Result<Averaging, &'static str> {

@@ -86,13 +86,13 @@ pub struct RenderArgs {
     /// With curvature: colours end at plus and minus this [default: what 95% of the visible surface stay within]
     #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse_range)]
     range: Option<f64>,
+    /// What is behind: gradient, transparent, or a colour as #rrggbb
+    #[arg(long, value_name = "COLOUR", default_value = "gradient", value_parser = parse_background)]
+    background: Background,
     #[command(flatten)]
     normals: NormalArgs,
     #[command(flatten)]
     baseline: BaselineArgs,
-    /// What is behind: gradient, transparent, or a colour as #rrggbb
-    #[arg(long, value_name = "COLOUR", default_value = "gradient", value_parser = parse_background)]
-    background: Background,
     #[command(flatten)]
     evaluator: Evaluator,
 }

@@ -8,7 +8,7 @@ use brute_force::compare::{Worst, check};
 use random_mesh::{for_all, triangle_recipe};
 use std::collections::BTreeSet;
 use subsurf::shapes::Shape;
-use subsurf::{Crease, Creasing, Face, Location, Method, PatchKind, PatchTable, Scheme, Tags, shapes};
+use subsurf::{Crease, Creasing, Face, Level, Location, Method, PatchKind, PatchTable, Scheme, Tags, shapes};
 
 fn random_meshes(cases: u32, seed: u64, method: Method) {
     let worst = Worst::default();
@@ -176,6 +176,28 @@ fn semi_sharp_creases_beside_extraordinary_vertices_of_loop_are_exact() {
         check_places(&shape, &PLACES, Method::Eigenbasis, &worst);
     }
     worst.print("creases beside extraordinary vertices");
+}
+
+#[test]
+fn semi_sharp_creases_through_a_vertex_of_two_triangles_go_where_refinement_goes() {
+    // Six turns round valence 2 are three times round, which must not pass for a crease straight through valence 6.
+    for creases in
+        [vec![Crease::new(1, 2, 3.0), Crease::new(0, 2, 2.0)], vec![Crease::new(1, 2, 1.5), Crease::new(0, 2, 1.5)]]
+    {
+        let shape = shapes::pillow().tagged("creased pillow", Tags { creases, ..Tags::default() });
+        let table = PatchTable::new(&shape.mesh, Scheme::Loop).unwrap();
+        let mut level = Level::new(&shape.mesh, Scheme::Loop).unwrap();
+        let mut values = shape.positions.clone();
+        for _ in 0..7 {
+            values = level.refine_values(&values);
+            level = level.refine().unwrap();
+        }
+        let limit = table.surface(&shape.positions).limit_of_level(&level, &values);
+        let far =
+            limit.iter().zip(&values).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs())).fold(0.0, f64::max);
+        // Four smooth levels behind the creases, on a pillow of size 1.
+        assert!(far < 1e-3, "{far:e}");
+    }
 }
 
 #[test]

@@ -147,7 +147,11 @@ fn regular_crease(t: &Topology, h: HalfEdge) -> Option<f64> {
     let s = t.edge_sharpness(crate::index::Edge(*e));
     let mut spokes = [0; 6];
     let mut at = h;
-    for spoke in &mut spokes {
+    for (i, spoke) in spokes.iter_mut().enumerate() {
+        // Six steps also lead three times round a vertex of valence 2.
+        if i > 0 && at == h {
+            return None;
+        }
         *spoke = t.edge(at).0;
         at = t.turn_left(at)?;
     }

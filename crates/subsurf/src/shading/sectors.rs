@@ -42,6 +42,8 @@ enum Shape {
 impl Sectors {
     /// The sectors of `t`, whose edges are cut where their sharpness is at least `cut`.
     pub fn new(t: &Topology, scheme: Scheme, cut: f64) -> Self {
+        // Infinitely sharp edges cut in any case.
+        let cut = cut.min(INFINITE_SHARPNESS);
         let mut out = Self {
             corner: vec![NONE; t.half_edge_count()],
             vertex: (0..t.vertex_count() as u32).collect(),

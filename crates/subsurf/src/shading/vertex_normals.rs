@@ -9,9 +9,10 @@ use rayon::prelude::*;
 /// Per vertex of `cut`: the sum of the vector areas of its faces, at unit length; zero where they cancel. `whole` has the
 /// same faces, with `positions` at its vertices. Holes count: they shape the surface as other faces do.
 pub(super) fn of_positions(whole: &Topology, cut: &Topology, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let scale = unit_scale(positions);
     let areas: Vec<[f64; 3]> = (0..whole.face_count() as u32)
         .into_par_iter()
-        .map(|f| vector_area(whole.face_vertices(Face(f)), positions))
+        .map(|f| vector_area(whole.face_vertices(Face(f)), positions, scale))
         .collect();
     mean(cut, |h| areas[cut.face[h] as usize])
 }
@@ -29,10 +30,18 @@ fn mean(cut: &Topology, at_corner: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> 
     sum.into_par_iter().map(unit).collect()
 }
 
-/// Half the sum of `(a - o) × (b - o)` over a polygon's sides, with `o` its first corner.
-fn vector_area(corners: &[u32], positions: &[[f64; 3]]) -> [f64; 3] {
+/// A power of two that brings the largest coordinate near 1, so that areas of tiny and huge meshes neither vanish nor
+/// overflow.
+fn unit_scale(positions: &[[f64; 3]]) -> f64 {
+    let size = positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let scale = (-size.log2().floor()).exp2();
+    if scale.is_normal() { scale } else { 1.0 }
+}
+
+/// Half the sum of `(a - o) × (b - o)` over a polygon's sides, with `o` its first corner, lengths times `scale`.
+fn vector_area(corners: &[u32], positions: &[[f64; 3]], scale: f64) -> [f64; 3] {
     let o = positions[corners[0] as usize];
-    let from_o = |v: u32| std::array::from_fn::<f64, 3, _>(|i| positions[v as usize][i] - o[i]);
+    let from_o = |v: u32| std::array::from_fn::<f64, 3, _>(|i| (positions[v as usize][i] - o[i]) * scale);
     let mut sum = [0.0; 3];
     for side in corners[1..].windows(2) {
         let (a, b) = (from_o(side[0]), from_o(side[1]));
@@ -72,12 +81,23 @@ mod tests {
     }
 
     #[test]
+    fn normals_do_not_depend_on_the_size_of_the_mesh() {
+        let cube = shapes::cube();
+        let t = Topology::new(&cube.mesh).unwrap();
+        let natural = of_positions(&t, &t, &cube.positions);
+        for exponent in [-600, -100, 100, 600] {
+            let positions: Vec<[f64; 3]> = cube.positions.iter().map(|p| p.map(|x| x * 2f64.powi(exponent))).collect();
+            assert_eq!(of_positions(&t, &t, &positions), natural, "2^{exponent}");
+        }
+    }
+
+    #[test]
     fn the_vector_area_of_a_polygon_does_not_depend_on_its_first_corner() {
         // A flat L-shape in the plane z = 2: area 3, seen from above.
         let l = [[0.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, 2.0, 2.0], [0.0, 2.0, 2.0]];
         for start in 0..6 {
             let corners: Vec<u32> = (0..6).map(|i| (i + start) % 6).collect();
-            assert_eq!(vector_area(&corners, &l), [0.0, 0.0, 3.0]);
+            assert_eq!(vector_area(&corners, &l, 1.0), [0.0, 0.0, 3.0]);
         }
     }
 

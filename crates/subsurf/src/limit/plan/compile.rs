@@ -185,7 +185,7 @@ impl Compiler<'_> {
                     SplitKind::Quads => special_points(t, own[j]),
                     SplitKind::Triangles => triangle_points::special_points(t, own[j]),
                 };
-                debug_assert_eq!(points.len(), vertex.points());
+                debug_assert_eq!(points.len(), vertex.points(), "{corner:?}");
                 Some(make(t, LeafShape::Special { turn: j as u8, vertex }, points, creases))
             }
             _ => None,
