@@ -184,6 +184,16 @@ fn fields_part_at_infinitely_sharp_creases_and_give_way_at_semi_sharp_ones() {
     let whole = ShadingOptions { crease_sharpness: 10.0, ..ShadingOptions::default() };
     let shading = ShadingNormals::new(&patches, &semi.positions, &whole).unwrap();
     assert_eq!(shading.blend_weight(Location::new(0, 0.0, 0.0)), 1.0);
+    // What is infinitely sharp parts the fields whatever is asked for.
+    let sharp = crease(10.0);
+    let patches = PatchTable::new(&sharp.mesh, Scheme::CatmullClark).unwrap();
+    let at = Location::new(0, 0.5, 0.0);
+    let of = |crease_sharpness: f64| {
+        let options = ShadingOptions { field: NormalField::Subdivided, crease_sharpness, ..ShadingOptions::default() };
+        ShadingNormals::new(&patches, &sharp.positions, &options).unwrap().subdivided(at)
+    };
+    assert_eq!(of(10.0), of(1e9));
+    assert!(of(10.0).is_some());
 }
 
 #[test]
