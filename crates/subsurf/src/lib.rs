@@ -46,6 +46,7 @@
 mod adaptive;
 mod channel;
 mod index;
+mod kernel;
 mod limit;
 mod mask;
 mod mesh;
