@@ -9,6 +9,7 @@
 //! that are kept linear does a node lead back to itself.
 
 mod compile;
+mod sub_patches;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
@@ -22,6 +23,7 @@ use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triang
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
+pub(crate) use sub_patches::{ControlPoints, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
@@ -73,6 +75,8 @@ pub(crate) struct Plans {
     nodes: Vec<Node>,
     /// Number of nodes that are plans of faces.
     plans: usize,
+    /// What fast evaluation tabulates of them.
+    parts: SubPatches,
 }
 
 struct Node {
@@ -139,7 +143,7 @@ impl Plans {
 
     pub fn get(&self, plan: usize) -> Plan<'_> {
         debug_assert!(plan < self.plans);
-        Plan { plans: self, node: plan as u32 }
+        Plan { plans: self, number: plan, node: plan as u32 }
     }
 
     /// Heap memory in bytes, shared special vertices left out.
@@ -218,6 +222,7 @@ enum End<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Plan<'a> {
     plans: &'a Plans,
+    number: usize,
     node: u32,
 }
 

@@ -10,6 +10,7 @@ use super::super::plan_key::{Keys, canonical_corner};
 use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
+use super::sub_patches::SubPatches;
 use super::{Body, Child, Leaf, LeafShape, Node, Plans, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
@@ -64,7 +65,8 @@ impl Plans {
                 nodes.push(Node { ring, body });
             }
             if open.is_empty() {
-                return Self { split: scheme.split(), nodes, plans: places.len() };
+                let parts = SubPatches::new(places.len());
+                return Self { split: scheme.split(), nodes, plans: places.len(), parts };
             }
         }
         unreachable!("a patch tree does not end")
