@@ -36,6 +36,7 @@ pub enum Verb {
     Tessellate(crate::tessellate::TessellateArgs),
     Eval(crate::eval::EvalArgs),
     Render(crate::render::RenderArgs),
+    Bench(crate::bench::BenchArgs),
     Figures(crate::figures::FiguresArgs),
     Completions(crate::manual::CompletionsArgs),
     Man(crate::manual::ManArgs),

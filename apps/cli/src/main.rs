@@ -3,14 +3,16 @@
 //! Each verb parses, calls the library and shows: one file for each. Exit status: 0 done, 1 the input is wrong or the
 //! work could not be done, 2 wrong usage.
 
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod args;
 mod baseline;
+mod bench;
 mod console;
 mod eval;
 mod failure;
 mod figures;
+mod heap;
 mod info;
 mod input;
 mod interrupt;
@@ -51,6 +53,7 @@ fn run(cli: &Cli, console: &Console) -> Result<(), Failure> {
         Verb::Tessellate(args) => tessellate::run(args, common, console),
         Verb::Eval(args) => eval::run(args, common, console),
         Verb::Render(args) => render::run(args, common, console),
+        Verb::Bench(args) => bench::run(args, common, console),
         Verb::Figures(args) => figures::run(args, common, console),
         Verb::Completions(args) => manual::completions(args),
         Verb::Man(args) => manual::man(args),

@@ -152,7 +152,7 @@ fn refine_texture<T: subsurf::Real>(
 
 /// How large a level is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Counts {
+pub struct Counts {
     vertices: u64,
     edges: u64,
     faces: u64,
@@ -160,14 +160,14 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(t: &Topology) -> Self {
+    pub fn of(t: &Topology) -> Self {
         let [vertices, edges, faces, corners] =
             [t.vertex_count(), t.edge_count(), t.face_count(), t.half_edge_count()].map(|count| count as u64);
         Self { vertices, edges, faces, corners }
     }
 
     /// `levels` steps on; refused at the level where 32-bit indices overflow.
-    fn refined(mut self, levels: u32, scheme: Scheme) -> Result<Self, (u32, MeshError)> {
+    pub fn refined(mut self, levels: u32, scheme: Scheme) -> Result<Self, (u32, MeshError)> {
         for level in 1..=levels {
             let Self { vertices, edges, faces, corners } = self;
             let (face_points, children) = if scheme == Scheme::Loop { (0, 4 * faces) } else { (faces, corners) };
@@ -187,7 +187,7 @@ impl Counts {
     }
 
     /// Memory of such a level, its parent and the values of both, roughly.
-    fn bytes(self, size_of_value: usize) -> u64 {
+    pub fn bytes(self, size_of_value: usize) -> u64 {
         let tables = 16 * self.corners + 32 * self.edges + 24 * self.vertices + 5 * self.faces;
         let values = size_of_value as u64 * self.vertices;
         (tables + values) / 4 * 5

@@ -203,7 +203,7 @@ fn has_subfaces(table: &PatchTable) -> bool {
 
 /// Memory of a uniform tessellation, roughly: every quad has four corners with two indices, and about one point with
 /// a normal. A triangle has three corners and half a point.
-fn uniform_bytes(table: &PatchTable, rate: u32, size_of_number: usize) -> u64 {
+pub fn uniform_bytes(table: &PatchTable, rate: u32, size_of_number: usize) -> u64 {
     let half_edges = table.topology().half_edge_count() as u64;
     let (patches, bytes) = match table.scheme() {
         Scheme::Loop => (half_edges / 3, 3 * 8 + 3 * size_of_number as u64),

@@ -16,9 +16,11 @@ mod build;
 mod channel;
 mod check;
 mod cut_out;
+mod raise;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Surroundings, Walk};
+pub(crate) use raise::lowered;
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};

@@ -1,5 +1,6 @@
 //! Every verb as a user calls it: arguments in; standard output, standard error, exit status and files out.
 
+mod bench;
 mod bilinear;
 mod eval;
 mod figures;

@@ -76,7 +76,7 @@ fn what_is_not_there_yet_says_so() {
 #[test]
 fn help_teaches_with_examples() {
     let folder = Folder::new();
-    for verb in ["", "info", "refine", "tessellate", "eval", "render", "completions", "man"] {
+    for verb in ["", "info", "refine", "tessellate", "eval", "render", "bench", "completions", "man"] {
         let run = folder.run(&format!("{verb} --help")).done();
         assert!(run.stdout.contains("Examples:\n  "), "{verb}: {}", run.stdout);
     }

@@ -42,6 +42,7 @@ fn bad_meshes_are_refused_by_name_and_line_and_leave_nothing() {
             "refine -l 1 -o out.obj",
             "tessellate -r 2 -o out.ply",
             "eval --at at.csv -o out.csv",
+            "bench",
             "render -o out.png",
         ] {
             let run = folder.run(&format!("{verb} bad.obj -q"));

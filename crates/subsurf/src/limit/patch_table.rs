@@ -103,7 +103,7 @@ impl PatchTable {
             .map(|chunk| Gathered::of_chunk(&topology, whole, &plain, chunk))
             .collect();
         let merged = Merged::new(gathered)?;
-        let plans = Plans::compile(&topology, &merged.representatives, merged.known, scheme, &specials);
+        let plans = Plans::compile(&topology, &merged.representatives, scheme, &specials);
         Ok(Self {
             topology,
             scheme,

@@ -1,7 +1,7 @@
 //! What surrounds one face: the faces at its corners, in a canonical order, as a comparable key and as a small topology
 //! of its own. The limit of the face depends on nothing else.
 
-use super::{EdgeFlags, Interpolation, NONE, Topology};
+use super::{EdgeFlags, Interpolation, NONE, Topology, lowered};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::other_end;
 use crate::sharpness::edge_half;
@@ -70,6 +70,8 @@ pub(crate) struct Surroundings {
     pub faces: Vec<u32>,
     /// Equal keys mean equal limit masks over the ring.
     pub key: Vec<u32>,
+    /// By how much finite sharpness is [lowered] in the key and in the cut-out.
+    pub raise: i8,
 }
 
 impl Topology {
@@ -79,6 +81,19 @@ impl Topology {
     /// face; faces and vertices are listed in the order of their first visit. The key lists, for every face met, its
     /// ring positions, and for every corner of the face the sharpness of vertex and spokes.
     pub(crate) fn surroundings(&self, face: Face, start: usize, walk: &mut Walk, out: &mut Surroundings) {
+        self.lowered_surroundings(face, start, 0, walk, out);
+    }
+
+    /// The same with all finite sharpness lowered by `raise`.
+    pub(crate) fn lowered_surroundings(
+        &self,
+        face: Face,
+        start: usize,
+        raise: i8,
+        walk: &mut Walk,
+        out: &mut Surroundings,
+    ) {
+        out.raise = raise;
         let sides = self.sides(face);
         out.ring.clear();
         out.faces.clear();
@@ -109,7 +124,7 @@ impl Topology {
                     at = h;
                 }
             }
-            self.note_sharpness(own, closed, &mut out.key);
+            self.note_sharpness(own, closed, raise, &mut out.key);
         }
     }
 
@@ -142,13 +157,17 @@ impl Topology {
 
     /// Sharpness at the origin of `own` as far as it is not zero: of the vertex, of the spokes in walking order, of
     /// edges of other sheets.
-    fn note_sharpness(&self, own: HalfEdge, closed: bool, key: &mut Vec<u32>) {
+    fn note_sharpness(&self, own: HalfEdge, closed: bool, raise: i8, key: &mut Vec<u32>) {
         let v = self.origin(own);
         let (s, sharp) = (self.vertex_sharpness(v), self.sharp_edges(v));
         if s == 0.0 && sharp.is_empty() && self.foreign_sharpness(v).is_empty() {
             return;
         }
-        let mut note = |s: f64| key.extend([(s.to_bits() >> 32) as u32, s.to_bits() as u32]);
+        let number = |s: f64| {
+            let bits = lowered(s, raise).to_bits();
+            [(bits >> 32) as u32, bits as u32]
+        };
+        let mut note = |s: f64| key.extend(number(s));
         note(s);
         let mut seen = Vec::with_capacity(8);
         let mut spoke = |e: Edge, seen: &mut Vec<u32>| {
@@ -181,7 +200,7 @@ impl Topology {
         let foreign = self.foreign_edges(v, &seen);
         for others in [&foreign[..], self.across_seam(v)] {
             key.push(others.len() as u32);
-            others.iter().for_each(|s| key.extend([(s.to_bits() >> 32) as u32, s.to_bits() as u32]));
+            others.iter().for_each(|&s| key.extend(number(s)));
         }
     }
 
@@ -255,7 +274,8 @@ impl Topology {
             .collect();
         let edge_vertices: Vec<[u32; 2]> =
             edge_old.iter().map(|&e| self.edge_vertices[e as usize].map(|v| vertex_of[&v])).collect();
-        let mut edge_sharpness: Vec<f64> = edge_old.iter().map(|&e| self.edge_sharpness[e as usize]).collect();
+        let lowered = |s: f64| lowered(s, around.raise);
+        let mut edge_sharpness: Vec<f64> = edge_old.iter().map(|&e| lowered(self.edge_sharpness[e as usize])).collect();
         let mut edge_flags = vec![EdgeFlags::default(); edge_old.len()];
         for (i, &e) in edge.iter().enumerate() {
             if twin[i] == NONE {
@@ -271,12 +291,13 @@ impl Topology {
         }
         let old_edges: Vec<u32> = edge_old.clone();
         let foreign = |i: usize| {
-            let list = self.foreign_edges(Vertex(around.ring[i]), &old_edges);
+            let mut list = self.foreign_edges(Vertex(around.ring[i]), &old_edges);
+            list.iter_mut().for_each(|s| *s = lowered(*s));
             (!list.is_empty()).then_some((i as u32, list))
         };
         let across_seam = |i: usize| {
             let list = self.across_seam(Vertex(around.ring[i]));
-            (!list.is_empty()).then(|| (i as u32, list.to_vec()))
+            (!list.is_empty()).then(|| (i as u32, list.iter().copied().map(lowered).collect()))
         };
         let far_half = edge_old.iter().zip(&edge_vertices).enumerate().flat_map(|(new, (&old, ends))| {
             let far = |&v: &u32| !is_own(v) && ends.iter().any(|&v| is_own(v)) && self.far_end_matters(Edge(old));
@@ -298,7 +319,7 @@ impl Topology {
             edge_flags,
             edge_sharpness,
             vertex_non_manifold: around.ring.iter().map(|&v| self.vertex_non_manifold[v as usize]).collect(),
-            vertex_sharpness: around.ring.iter().map(|&v| self.vertex_sharpness[v as usize]).collect(),
+            vertex_sharpness: around.ring.iter().map(|&v| lowered(self.vertex_sharpness[v as usize])).collect(),
             sharp_offset: Vec::new(),
             sharp_edges: Vec::new(),
             hole: vec![false; around.faces.len()],

@@ -11,7 +11,7 @@ use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
 use super::sub_patches::SubPatches;
-use super::{Body, Child, Leaf, LeafShape, Node, Plans, SpecialVertices, Split};
+use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
 use crate::refine::refined;
@@ -21,42 +21,43 @@ use rayon::prelude::*;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-/// More levels than `⌈sharpness⌉ + 2` ever needs, and than linear boundaries take to repeat themselves; reaching it is a
-/// defect of the classification.
-const DEEPEST: u32 = 24;
+/// More generations than any surroundings need: each drops one of at most ten different whole parts of sharpness or tells
+/// faces apart that were met first; reaching it is a defect of the classification.
+const DEEPEST: u32 = 48;
 
 impl Plans {
-    /// The plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at, whose keys are
-    /// `known` by their number.
+    /// The plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at.
     pub(in crate::limit) fn compile(
         mesh: &Topology,
         places: &[Start],
-        mut known: Keys,
         scheme: Scheme,
         specials: &SpecialVertices,
     ) -> Self {
         let compiler = Compiler { mesh, scheme, specials };
-        let mut nodes = Vec::with_capacity(2 * places.len());
-        let mut open: Vec<Open> = places.iter().map(|&place| Open::Face(place)).collect();
+        let mut numbers = Numbers::default();
+        let starts: Vec<Raised> =
+            places.par_iter().map_init(Walk::default, |walk, &place| compiler.start(place, walk)).collect();
+        let plans: Vec<Link> = starts.into_iter().map(|start| numbers.link(start, None)).collect();
+        let parts = SubPatches::new(plans.len());
+        let mut nodes = Vec::new();
         for _ in 0..DEEPEST {
+            let open = std::mem::take(&mut numbers.open);
+            if open.is_empty() {
+                return Self { split: scheme.split(), nodes, plans, parts };
+            }
             let made: Vec<Made> =
-                open.par_iter().map_init(Scratch::default, |s, open| compiler.node(open, s)).collect();
-            open.clear();
+                open.par_iter().map_init(Walk::default, |walk, open| compiler.node(open, walk)).collect();
             // Nodes lie in the order in which their keys got their numbers.
             for Made { ring, body } in made {
                 let body = match body {
                     MadeBody::Leaf(leaf) => Body::Leaf(leaf),
                     MadeBody::Refined { topology, points, children, ends } => {
-                        let link = |MadeChild { around, turn, ring }: MadeChild| {
-                            let next = known.len() as u32;
-                            let node = match known.entry(around.key.clone().into()) {
-                                Entry::Occupied(node) => *node.get(),
-                                Entry::Vacant(empty) => {
-                                    open.push(Open::Child(topology.clone(), around));
-                                    *empty.insert(next)
-                                }
-                            };
-                            Child { node, turn, ring }
+                        let link = |MadeChild { low, high, turn, ring }: MadeChild| {
+                            let low = numbers.link(low, Some(&topology));
+                            let high = high.map_or(Link { raise: low.raise + 1, ..low }, |around| {
+                                numbers.link(Raised { around, raise: 0 }, Some(&topology))
+                            });
+                            Child { links: [low, high], turn, ring }
                         };
                         let children = children.into_iter().map(link).collect();
                         Body::Split(Box::new(Split { points, children, ends }))
@@ -64,19 +65,43 @@ impl Plans {
                 };
                 nodes.push(Node { ring, body });
             }
-            if open.is_empty() {
-                let parts = SubPatches::new(places.len());
-                return Self { split: scheme.split(), nodes, plans: places.len(), parts };
-            }
         }
         unreachable!("a patch tree does not end")
     }
 }
 
-/// Surroundings whose node is to be made.
-enum Open {
-    Face(Start),
-    Child(Arc<Topology>, Surroundings),
+/// Surroundings whose node is to be made, of the mesh or of a refined cut-out.
+struct Open {
+    of: Option<Arc<Topology>>,
+    around: Surroundings,
+}
+
+/// Surroundings, lowered, and the raise that gives back what they are.
+struct Raised {
+    around: Surroundings,
+    raise: u8,
+}
+
+/// Numbers of nodes by their keys.
+#[derive(Default)]
+struct Numbers {
+    known: Keys,
+    /// Numbered, but not made yet.
+    open: Vec<Open>,
+}
+
+impl Numbers {
+    fn link(&mut self, Raised { mut around, raise }: Raised, of: Option<&Arc<Topology>>) -> Link {
+        let next = self.known.len() as u32;
+        let node = match self.known.entry(std::mem::take(&mut around.key).into()) {
+            Entry::Occupied(node) => *node.get(),
+            Entry::Vacant(empty) => {
+                self.open.push(Open { of: of.cloned(), around });
+                *empty.insert(next)
+            }
+        };
+        Link { node, raise }
+    }
 }
 
 /// A node whose children have no numbers yet.
@@ -97,16 +122,12 @@ enum MadeBody {
 }
 
 struct MadeChild {
-    around: Surroundings,
+    /// From the node as it is.
+    low: Raised,
+    /// From the node raised by 1, where that leads to another node.
+    high: Option<Surroundings>,
     turn: u8,
     ring: Box<[u32]>,
-}
-
-/// Reusable memory.
-#[derive(Default)]
-struct Scratch {
-    walk: Walk,
-    around: Surroundings,
 }
 
 struct Compiler<'a> {
@@ -116,14 +137,12 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    fn node(&self, open: &Open, scratch: &mut Scratch) -> Made {
-        let t = match open {
-            Open::Face((face, corner)) => {
-                self.mesh.surroundings(Face(*face), *corner as usize, &mut scratch.walk, &mut scratch.around);
-                self.mesh.cut_out(&scratch.around)
-            }
-            Open::Child(topology, around) => topology.cut_out(around),
-        };
+    fn start(&self, (face, corner): Start, walk: &mut Walk) -> Raised {
+        raised(self.mesh, Face(face), corner as usize, walk)
+    }
+
+    fn node(&self, open: &Open, walk: &mut Walk) -> Made {
+        let t = open.of.as_deref().unwrap_or(self.mesh).cut_out(&open.around);
         let ring = t.vertex_count();
         let is_patch = t.sides(Face(0)) == self.scheme.patch_sides();
         if let Some(leaf) = is_patch.then(|| self.leaf(&t)).flatten() {
@@ -131,14 +150,21 @@ impl Compiler<'_> {
         }
         let refined = Arc::new(refined(&t, self.scheme));
         let mut points = RefinedPoints::new(&t, &refined, self.scheme);
+        let can_rise = t.excess(Face(0)) > 0;
         let count = if is_patch { 4 } else { 1 };
         // Face 0's children come first, corner by corner, the middle triangle last.
         let children = (0..count).map(Face).map(|face| {
             let turn = canonical_corner(&refined, face);
-            let mut around = Surroundings::default();
-            refined.surroundings(face, turn, &mut scratch.walk, &mut around);
-            let ring = around.ring.iter().map(|&v| points.row(v)).collect();
-            MadeChild { around, turn: turn as u8, ring }
+            let low = raised(&refined, face, turn, walk);
+            let ring = low.around.ring.iter().map(|&v| points.row(v)).collect();
+            // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
+            // was lowest in the node, that leads to other surroundings; else to the same, raised.
+            let high = (can_rise && refined.excess(face) == 0 && refined.is_semi_sharp(face)).then(|| {
+                let mut around = Surroundings::default();
+                refined.lowered_surroundings(face, turn, -1, walk, &mut around);
+                around
+            });
+            MadeChild { low, high, turn: turn as u8, ring }
         });
         let children = children.collect();
         let points = points.rows;
@@ -220,6 +246,14 @@ impl<'a> RefinedPoints<'a> {
             rows.len() as u32 - 1
         })
     }
+}
+
+/// What surrounds a face, its sharpness lowered as far as no rule of the next step notices.
+fn raised(t: &Topology, face: Face, start: usize, walk: &mut Walk) -> Raised {
+    let raise = t.excess(face).saturating_sub(1);
+    let mut around = Surroundings::default();
+    t.lowered_surroundings(face, start, raise as i8, walk, &mut around);
+    Raised { around, raise }
 }
 
 /// The leaf along one semi-sharp side of a quad, if it has that form.

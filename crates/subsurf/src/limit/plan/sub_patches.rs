@@ -10,7 +10,7 @@
 //! [`DEEPEST_PIECE`] (one random location in 4^8), semi-sharp creases under Loop, what ends on a boundary that is kept
 //! linear, and rings of more than [`MOST_POINTS`] points.
 
-use super::{Body, Child, End, Leaf, LeafShape, Place, Plan, Plans, Split, corners, linear};
+use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners, linear};
 use crate::kernel::LANES;
 use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
 use crate::limit::rows::Rows;
@@ -152,7 +152,7 @@ enum Tree {
 
 struct Branch {
     /// Nodes of the children, and their turns.
-    links: Box<[(u32, u8)]>,
+    links: Box<[(Link, u8)]>,
     /// True where a location at a corner ends.
     has_ends: bool,
     depth: u32,
@@ -180,12 +180,12 @@ enum Kind {
 }
 
 impl Tree {
-    fn new(plans: &Plans, node: u32, depth: u32) -> Self {
+    fn new(plans: &Plans, Link { node, raise }: Link, depth: u32) -> Self {
         match &plans.nodes[node as usize].body {
-            Body::Leaf(leaf) => Pieces::new(leaf).map_or(Self::Closed, Self::Leaf),
+            Body::Leaf(leaf) => Pieces::new(leaf, raise).map_or(Self::Closed, Self::Leaf),
             Body::Split(_) if depth >= DEEPEST_LEAF => Self::Closed,
             Body::Split(split) => {
-                let links: Box<[_]> = split.children.iter().map(|c| (c.node, c.turn)).collect();
+                let links: Box<[_]> = split.children.iter().map(|c| (c.link(raise), c.turn)).collect();
                 let children = links.iter().map(|_| OnceLock::new()).collect();
                 Self::Branch(Branch { links, has_ends: split.ends.is_some(), depth, children })
             }
@@ -194,15 +194,16 @@ impl Tree {
 }
 
 impl Pieces {
-    fn new(leaf: &Leaf) -> Option<Self> {
+    fn new(leaf: &Leaf, raise: u8) -> Option<Self> {
         if !leaf.creases.is_empty() {
             return None;
         }
         let (kind, count) = match &leaf.shape {
             LeafShape::Linear | LeafShape::Regular => (Kind::Whole, 1),
             LeafShape::SingleCrease { turn, sharpness } => {
-                let speed = [0, 1, 2].map(|k| 2f64.powi(single_crease::piece(*sharpness, k).0));
-                (Kind::SingleCrease { turn: *turn, joints: single_crease::joints(*sharpness), speed }, 3)
+                let sharpness = sharpness + f64::from(raise);
+                let speed = [0, 1, 2].map(|k| 2f64.powi(single_crease::piece(sharpness, k).0));
+                (Kind::SingleCrease { turn: *turn, joints: single_crease::joints(sharpness), speed }, 3)
             }
             LeafShape::Special { turn, vertex } => {
                 (Kind::Special { turn: *turn, vertex: vertex.clone() }, 3 * (DEEPEST_PIECE as usize + 1))
@@ -249,7 +250,7 @@ fn wrapped(turn: u8, split: SplitKind) -> u8 {
 impl<'a> Plan<'a> {
     fn tree(self) -> &'a Tree {
         self.plans.parts.trees[self.number].get_or_init(|| match self.ring() {
-            0..=MOST_POINTS => Tree::new(self.plans, self.node, 0),
+            0..=MOST_POINTS => Tree::new(self.plans, self.start, 0),
             _ => Tree::Closed,
         })
     }
@@ -259,7 +260,7 @@ impl<'a> Plan<'a> {
     #[inline]
     pub fn spot(self, u: f64, v: f64, turn: u8) -> Option<Spot<'a>> {
         let split = self.plans.split;
-        let mut at = Place { u, v, turn, depth: 0, speed: 1.0 };
+        let mut at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
         let mut tree = self.tree();
         loop {
             let branch = match tree {
@@ -274,9 +275,9 @@ impl<'a> Plan<'a> {
             if branch.children.len() > 1 {
                 (child, at) = at.descend(split);
             }
-            let (node, turn) = branch.links[child];
+            let (link, turn) = branch.links[child];
             at.turn = wrapped(at.turn + turn, split);
-            tree = branch.children[child].get_or_init(|| Tree::new(self.plans, node, branch.depth + 1));
+            tree = branch.children[child].get_or_init(|| Tree::new(self.plans, link, branch.depth + 1));
         }
     }
 
@@ -390,7 +391,8 @@ impl Leaf {
             }
             (LeafShape::SingleCrease { turn, sharpness }, _) => {
                 let (_, distance) = at.turned(split, (total(*turn) + 2) % 4);
-                let (_, across) = single_crease::piece(*sharpness, single_crease::piece_at(distance, *sharpness));
+                let sharpness = sharpness + f64::from(at.raise);
+                let (_, across) = single_crease::piece(sharpness, single_crease::piece_at(distance, sharpness));
                 let point = |k: usize| {
                     let mut row = vec![0.0; 16];
                     (0..4).for_each(|y| row[4 * y + k % 4] = across[k / 4][y]);

@@ -1,0 +1,86 @@
+//! The program's allocator: the system's, and how much heap a piece of work needs at most.
+//!
+//! Counting is off but while [`peak_of`] runs, so that other work pays one load of a flag per allocation. It is our own
+//! rather than a crate's for that reason, and this is the one module of the program with `unsafe`: the trait of allocators
+//! demands it, and every call goes to the system's allocator as it came.
+
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering::Relaxed};
+
+/// The system's allocator with a tally.
+struct Tally;
+
+#[global_allocator]
+static HEAP: Tally = Tally;
+
+static COUNTS: AtomicBool = AtomicBool::new(false);
+/// Bytes allocated less bytes freed since counting began; below zero where older memory is freed.
+static LIVE: AtomicIsize = AtomicIsize::new(0);
+static PEAK: AtomicIsize = AtomicIsize::new(0);
+
+/// Notes that memory of `old` bytes has now `new`.
+fn note(old: usize, new: usize) {
+    if COUNTS.load(Relaxed) {
+        let change = new as isize - old as isize;
+        let live = LIVE.fetch_add(change, Relaxed) + change;
+        if change > 0 {
+            PEAK.fetch_max(live, Relaxed);
+        }
+    }
+}
+
+// SAFETY: every call is handed to the system's allocator with the arguments that it came with.
+unsafe impl GlobalAlloc for Tally {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        note(0, layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        note(0, layout.size());
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        note(layout.size(), 0);
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        note(layout.size(), size);
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+/// What `work` gives, and the most heap in bytes that was in use at once beyond what was before. Counts what all threads do,
+/// so one call at a time.
+pub fn peak_of<R>(work: impl FnOnce() -> R) -> (R, u64) {
+    LIVE.store(0, Relaxed);
+    PEAK.store(0, Relaxed);
+    COUNTS.store(true, Relaxed);
+    let result = work();
+    COUNTS.store(false, Relaxed);
+    (result, PEAK.load(Relaxed).max(0) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peak_is_what_was_held_at_once() {
+        const MEBIBYTE: usize = 1 << 20;
+        let (_, peak) = peak_of(|| {
+            for _ in 0..4 {
+                std::hint::black_box(vec![1u8; 8 * MEBIBYTE]);
+            }
+            let both = [vec![1u8; 8 * MEBIBYTE], vec![0u8; 16 * MEBIBYTE]];
+            std::hint::black_box(both).len()
+        });
+        // Tests beside this one allocate too, but little.
+        let expected = 24 * MEBIBYTE as u64;
+        assert!((expected..expected + 6 * MEBIBYTE as u64).contains(&peak), "{peak}");
+    }
+}
