@@ -45,6 +45,7 @@
 
 mod adaptive;
 mod channel;
+mod edit;
 mod index;
 mod kernel;
 mod limit;
@@ -67,6 +68,7 @@ pub use adaptive::{
     AdaptiveError, AdaptiveKind, AdaptiveOptions, AdaptivePatch, AdaptiveRefinement, AdaptiveSize, MAX_ISOLATION,
 };
 pub use channel::{Channel, ChannelError};
+pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{
     Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, Spectrum, TableSize,

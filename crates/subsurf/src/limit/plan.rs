@@ -14,6 +14,8 @@
 
 mod compile;
 
+pub(super) use compile::Numbers;
+
 use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::Corner;
