@@ -13,6 +13,7 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod sub_patches;
 
 pub(super) use compile::Numbers;
 
@@ -28,6 +29,7 @@ use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triang
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
+pub(crate) use sub_patches::{ControlPoints, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
@@ -78,6 +80,8 @@ pub(crate) struct Plans {
     split: SplitKind,
     nodes: Vec<Node>,
     plans: Vec<Link>,
+    /// What fast evaluation tabulates of them.
+    parts: SubPatches,
 }
 
 /// A node, and by how much all finite sharpness there is higher than in the node.
@@ -155,7 +159,7 @@ impl Plans {
     }
 
     pub fn get(&self, plan: usize) -> Plan<'_> {
-        Plan { plans: self, start: self.plans[plan] }
+        Plan { plans: self, number: plan, start: self.plans[plan] }
     }
 
     /// Heap memory in bytes, shared special vertices left out.
@@ -236,6 +240,7 @@ enum End<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Plan<'a> {
     plans: &'a Plans,
+    number: usize,
     start: Link,
 }
 

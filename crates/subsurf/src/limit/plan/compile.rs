@@ -10,6 +10,7 @@ use super::super::plan_key::{Keys, canonical_corner};
 use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
+use super::sub_patches::SubPatches;
 use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
@@ -27,7 +28,7 @@ const DEEPEST: u32 = 48;
 impl Plans {
     /// No plans yet.
     pub(in crate::limit) fn empty(scheme: Scheme) -> Self {
-        Self { split: scheme.split(), nodes: Vec::new(), plans: Vec::new() }
+        Self { split: scheme.split(), nodes: Vec::new(), plans: Vec::new(), parts: SubPatches::new() }
     }
 
     /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at. `numbers` are
@@ -47,6 +48,7 @@ impl Plans {
         for _ in 0..DEEPEST {
             let open = std::mem::take(&mut numbers.open);
             if open.is_empty() {
+                self.parts.grow(self.plans.len());
                 return;
             }
             let made: Vec<Made> =
