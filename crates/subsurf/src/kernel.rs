@@ -2,10 +2,17 @@
 //!
 //! They are plain Rust over blocks of [`LANES`] samples, which the compiler turns into vector instructions of the machine that
 //! runs them ([`vectorized`]). Every sample's sum is formed in the same order at any vector width, products and sums are rounded one by one
-//! (no fused multiply-add), so that all machines give the same bits.
+//! (no fused multiply-add), so that all machines give the same bits. Only where the compiler does badly, at bringing the
+//! components of a block's samples side by side ([`Lanes::interleave`]), does a machine's own permutation replace them.
 
 use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
+
+mod interleave;
+mod normal;
+
+pub use interleave::Lanes;
+pub(crate) use normal::unit_normals;
 
 /// Samples of a block: one 512-bit vector of `f32`.
 pub(crate) const LANES: usize = 16;
@@ -56,15 +63,27 @@ impl<T: Real> Matrix<T> {
     #[inline(always)]
     pub fn apply<const N: usize>(&self, ring: &[[T; N]], base: [T; N], out: &mut [[T; N]]) {
         assert_eq!(ring.len(), self.points, "one value per point of the ring");
-        for (block, out) in self.blocks.chunks_exact(self.points).zip(out.chunks_mut(LANES)) {
-            let sums = sums(block, ring);
-            for (k, out) in out.iter_mut().enumerate() {
-                for c in 0..N {
-                    out[c] = base[c] + sums[c][k];
-                }
-            }
+        for (block, out) in self.blocks.chunks_exact(self.points.max(1)).zip(out.chunks_mut(LANES)) {
+            T::interleave(&based(sums(block, ring), base), out);
         }
     }
+
+    /// The weights of block `b`, point by point.
+    #[inline(always)]
+    pub fn block(&self, b: usize) -> &[[T; LANES]] {
+        &self.blocks[b * self.points..(b + 1) * self.points]
+    }
+}
+
+/// `base` added to every sample.
+#[inline(always)]
+pub(crate) fn based<T: Real, const N: usize>(mut sums: [[T; LANES]; N], base: [T; N]) -> [[T; LANES]; N] {
+    for c in 0..N {
+        for k in 0..LANES {
+            sums[c][k] = base[c] + sums[c][k];
+        }
+    }
+    sums
 }
 
 /// One block's sums, component by component.

@@ -17,10 +17,12 @@ mod channel;
 mod check;
 mod cut_out;
 mod raise;
+mod splice;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Surroundings, Walk};
 pub(crate) use raise::lowered;
+pub(crate) use splice::{Edits, Piece};
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};
@@ -75,6 +77,8 @@ pub struct Topology {
     /// By edge and end: sharpness of the edge's half there, one level down. Only where a table holds a cut-out of a mesh,
     /// creasing is Chaikin's, and other edges at that end, which this table does not hold, have a say.
     pub(crate) far_half: BTreeMap<(u32, u32), f64>,
+    /// What edits left behind.
+    pub(crate) edits: Edits,
 }
 
 impl Topology {
@@ -242,6 +246,9 @@ impl Topology {
     /// The sharp edges at a vertex, ascending.
     #[inline]
     pub(crate) fn sharp_edges(&self, v: Vertex) -> &[u32] {
+        if let Some(list) = self.edits.sharp_edges(v.0) {
+            return list;
+        }
         &self.sharp_edges[self.sharp_offset[v.index()] as usize..self.sharp_offset[v.index() + 1] as usize]
     }
 

@@ -2,7 +2,7 @@
 //!
 //! A patch is a quad (a triangle under Loop), or one sub-face of another face; patches are numbered face by face (the order of Ptex).
 
-use super::plan::{PatchKind, Plan, Plans, SpecialVertices};
+use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices};
 use super::plan_key::{Key, Keys, canonical_corner};
 use super::special::Method;
 use crate::index::{Face, HalfEdge, Vertex};
@@ -13,6 +13,7 @@ use crate::refine::scheme_topology;
 use crate::scheme::{Scheme, SplitKind};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::collections::hash_map::Entry;
 
 /// Patches a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
@@ -30,8 +31,16 @@ pub struct PatchTable {
     patch_turn: Vec<u8>,
     ring_offset: Vec<u32>,
     ring: Vec<u32>,
+    /// Rings of patches that edits made anew.
+    edited_rings: BTreeMap<u32, Vec<u32>>,
     plans: Plans,
     specials: SpecialVertices,
+}
+
+/// Numbers of plans and nodes by their keys.
+pub(crate) struct Known {
+    plans: Keys,
+    nodes: Numbers,
 }
 
 /// Figures about a table.
@@ -80,6 +89,11 @@ impl PatchTable {
     /// # Errors
     /// As [`PatchTable::new`].
     pub fn from_topology(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
+        Self::with_known(topology, scheme, method).map(|(table, _)| table)
+    }
+
+    /// The table, and what to know of it to add to it.
+    pub(crate) fn with_known(topology: Topology, scheme: Scheme, method: Method) -> Result<(Self, Known), MeshError> {
         let faces = topology.face_count();
         let whole = scheme.patch_sides();
         if scheme.split() == SplitKind::Triangles
@@ -103,8 +117,10 @@ impl PatchTable {
             .map(|chunk| Gathered::of_chunk(&topology, whole, &plain, chunk))
             .collect();
         let merged = Merged::new(gathered)?;
-        let plans = Plans::compile(&topology, &merged.representatives, scheme, &specials);
-        Ok(Self {
+        let mut plans = Plans::empty(scheme);
+        let mut nodes = Numbers::default();
+        plans.add(&topology, &merged.representatives, scheme, &specials, &mut nodes);
+        let table = Self {
             topology,
             scheme,
             face_patch,
@@ -112,9 +128,11 @@ impl PatchTable {
             patch_turn: merged.patch_turn,
             ring_offset: merged.ring_offset,
             ring: merged.ring,
+            edited_rings: BTreeMap::new(),
             plans,
             specials,
-        })
+        };
+        Ok((table, Known { plans: merged.known, nodes }))
     }
 
     /// The surface of this table with these control points, one row per vertex of the mesh.
@@ -213,6 +231,11 @@ impl PatchTable {
 
     /// The control points that a patch's weights are for.
     pub(crate) fn ring(&self, patch: usize) -> &[u32] {
+        if !self.edited_rings.is_empty()
+            && let Some(ring) = self.edited_rings.get(&(patch as u32))
+        {
+            return ring;
+        }
         &self.ring[self.ring_offset[patch] as usize..self.ring_offset[patch + 1] as usize]
     }
 
@@ -229,9 +252,14 @@ impl PatchTable {
             regular_patches: self.patch_plan.iter().filter(|&&p| p != NONE && regular[p as usize]).count(),
             special_vertices: specials.len(),
             patch_bytes: 4 * (self.face_patch.len() + self.patch_plan.len() + self.ring_offset.len() + self.ring.len())
-                + self.patch_turn.len(),
+                + self.patch_turn.len()
+                + self.edited_rings.values().map(|ring| 32 + 4 * ring.len()).sum::<usize>(),
             plan_bytes: self.plans.bytes() + specials.iter().map(|s| s.bytes()).sum::<usize>(),
-            topology_bytes: 16 * t.half_edge_count() + 24 * t.edge_count() + 20 * t.vertex_count() + 5 * t.face_count(),
+            topology_bytes: 16 * t.half_edge_count()
+                + 24 * t.edge_count()
+                + 20 * t.vertex_count()
+                + 5 * t.face_count()
+                + t.edits.bytes(),
         }
     }
 }
@@ -429,6 +457,8 @@ impl Merged {
         Ok(out)
     }
 }
+
+mod rebuild;
 
 #[cfg(test)]
 mod tests {

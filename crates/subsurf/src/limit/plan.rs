@@ -16,6 +16,8 @@ mod compile;
 mod patterns;
 mod sub_patches;
 
+pub(super) use compile::Numbers;
+
 use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::Corner;

@@ -64,6 +64,7 @@ fn unsharpened(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         across_seam: BTreeMap::new(),
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
+        edits: Default::default(),
     })
 }
 

@@ -328,6 +328,7 @@ impl Topology {
             across_seam: (0..own).filter_map(across_seam).collect(),
             interpolation: self.interpolation,
             far_half,
+            edits: Default::default(),
         };
         cut.index_sharp_edges();
         cut

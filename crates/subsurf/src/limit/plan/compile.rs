@@ -26,24 +26,30 @@ use std::sync::Arc;
 const DEEPEST: u32 = 48;
 
 impl Plans {
-    /// The plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at.
-    pub(in crate::limit) fn compile(
+    /// No plans yet.
+    pub(in crate::limit) fn empty(scheme: Scheme) -> Self {
+        Self { split: scheme.split(), nodes: Vec::new(), plans: Vec::new(), parts: SubPatches::new() }
+    }
+
+    /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at. `numbers` are
+    /// those of the nodes that are there already.
+    pub(in crate::limit) fn add(
+        &mut self,
         mesh: &Topology,
         places: &[Start],
         scheme: Scheme,
         specials: &SpecialVertices,
-    ) -> Self {
+        numbers: &mut Numbers,
+    ) {
         let compiler = Compiler { mesh, scheme, specials };
-        let mut numbers = Numbers::default();
         let starts: Vec<Raised> =
             places.par_iter().map_init(Walk::default, |walk, &place| compiler.start(place, walk)).collect();
-        let plans: Vec<Link> = starts.into_iter().map(|start| numbers.link(start, None)).collect();
-        let parts = SubPatches::new(plans.len());
-        let mut nodes = Vec::new();
+        self.plans.extend(starts.into_iter().map(|start| numbers.link(start, None)));
         for _ in 0..DEEPEST {
             let open = std::mem::take(&mut numbers.open);
             if open.is_empty() {
-                return Self { split: scheme.split(), nodes, plans, parts };
+                self.parts.grow(self.plans.len());
+                return;
             }
             let made: Vec<Made> =
                 open.par_iter().map_init(Walk::default, |walk, open| compiler.node(open, walk)).collect();
@@ -63,7 +69,7 @@ impl Plans {
                         Body::Split(Box::new(Split { points, children, ends }))
                     }
                 };
-                nodes.push(Node { ring, body });
+                self.nodes.push(Node { ring, body });
             }
         }
         unreachable!("a patch tree does not end")
@@ -84,7 +90,7 @@ struct Raised {
 
 /// Numbers of nodes by their keys.
 #[derive(Default)]
-struct Numbers {
+pub(in crate::limit) struct Numbers {
     known: Keys,
     /// Numbered, but not made yet.
     open: Vec<Open>,

@@ -122,15 +122,20 @@ impl Spot<'_> {
 
 /// The pieces of all plans, as far as they were met.
 pub(crate) struct SubPatches {
-    trees: Box<[OnceLock<Tree>]>,
+    trees: Vec<OnceLock<Tree>>,
     bytes: AtomicUsize,
     made: AtomicUsize,
 }
 
 impl SubPatches {
-    pub fn new(plans: usize) -> Self {
-        let trees = (0..plans).map(|_| OnceLock::new()).collect();
-        Self { trees, bytes: AtomicUsize::new(0), made: AtomicUsize::new(0) }
+    /// For no plans yet.
+    pub fn new() -> Self {
+        Self { trees: Vec::new(), bytes: AtomicUsize::new(0), made: AtomicUsize::new(0) }
+    }
+
+    /// Room for so many plans, those of before as they are.
+    pub fn grow(&mut self, plans: usize) {
+        self.trees.resize_with(plans, OnceLock::new);
     }
 
     /// Bytes of all matrices that are kept.
