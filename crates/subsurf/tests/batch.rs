@@ -177,7 +177,7 @@ fn single_precision_costs_a_few_ulps_of_the_ring() {
                 continue;
             }
             let jet = surface.eval(at).unwrap();
-            // Derivatives of magnitude one: the weights grow towards special vertices by less than 2 per depth.
+            // Weights of derivatives grow towards special vertices by less than 2 per depth.
             let depth = (1.0 / at.u.max(at.v).max(1e-9)).max(1.0);
             for (row, (jet, scale)) in row.iter().zip([(jet.position, 1.0), (jet.du, depth), (jet.dv, depth)]) {
                 for c in 0..3 {
