@@ -29,7 +29,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         let sample = ours::tessellate(&table, control, rate, normals);
         let (points, facets) = (sample.positions.len(), sample.face_offsets.len() - 1);
         let refined_to_limit = || -> Result<_, String> {
-            let refined = Uniform::new(mesh, &case.shape, level)?;
+            let refined = Uniform::full(mesh, &case.shape, level)?;
             let mut all = refined.points(control);
             let mut out = Frames::new(refined.vertex_count());
             limit(&refined, control, &mut all, &mut out, normals);
@@ -93,7 +93,7 @@ fn warm(
     let with = if normals { "with normals" } else { "positions" };
     let frame = case.frame(1);
     let tessellator = ours::Tessellator::new(table, rate, normals);
-    let refined = Uniform::new(mesh, &case.shape, level)?;
+    let refined = Uniform::full(mesh, &case.shape, level)?;
     let refined_points = RefCell::new(refined.points(context.control()));
     let refined_out = RefCell::new(Frames::new(refined.vertex_count()));
     let mut surfaces = FaceSurfaces::new(mesh, &case.shape)?;
