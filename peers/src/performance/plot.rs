@@ -107,7 +107,7 @@ fn rows<'a>(area: &Area<'a>, title: &str, records: &[&Record]) -> Drawn<'a> {
         .draw()?;
     for (i, (name, values)) in rows.iter().enumerate() {
         let color = match *name {
-            OURS | OUR_STENCILS => BLUE,
+            OURS | OUR_STENCILS | OURS_ANEW => BLUE,
             FLOOR => GREY,
             _ => VERMILION,
         };
