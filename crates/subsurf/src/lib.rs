@@ -85,7 +85,7 @@ pub use stencil::{
 };
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{
-    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
+    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation, Tessellator,
 };
 pub use topology::Topology;
 pub use triangulate::Triangulated;

@@ -101,11 +101,13 @@ fn channels_are_refined_as_level_by_level() {
         // Seams wherever one of five neighbours disagrees: three values to every vertex.
         let values: Vec<[f64; 2]> =
             (0..3 * points.len()).map(|i| [points[i / 3][0] + (i % 3) as f64, points[i / 3][1]]).collect();
-        let corners: Vec<u32> =
-            (0..t.face_count()).flat_map(|f| t.face_vertices(Face::new(f)).iter().map(move |&v| 3 * v + (f % 5 / 2) as u32)).collect();
+        let corners: Vec<u32> = (0..t.face_count())
+            .flat_map(|f| t.face_vertices(Face::new(f)).iter().map(move |&v| 3 * v + (f % 5 / 2) as u32))
+            .collect();
         for rule in [FaceVarying::CornersPlus1, FaceVarying::Boundaries, FaceVarying::All] {
             let channel = Channel::face_varying(t, scheme, values.len(), &corners, rule).unwrap();
-            check(&channel.level(), &channel.rows(&values), depth_for(mesh), 1e-14).map_err(|e| format!("{rule:?}: {e}"))?;
+            check(&channel.level(), &channel.rows(&values), depth_for(mesh), 1e-14)
+                .map_err(|e| format!("{rule:?}: {e}"))?;
         }
         check(&Channel::varying(t, scheme).level(), points, depth_for(mesh), 1e-14)
     });

@@ -72,10 +72,9 @@ impl<T: Real, const N: usize> Piece<T, N> {
             ControlPoints::Weighted(blocks) => weighted(blocks),
         };
         let second = matrices.second.as_ref().map(|blocks| weighted(blocks));
-        let j = pose.jacobian(split);
-        let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c, a * d + b * c, b * d];
-        let bend = [product(j[0], j[0]), product(j[0], j[1]), product(j[1], j[1])].map(|row| row.map(T::from_f64));
-        Self { split, points, second, origin, turn: j.map(|row| row.map(T::from_f64)), bend }
+        let turn = pose.jacobian(split).map(|row| row.map(T::from_f64));
+        let bend = pose.second(split).map(|row| row.map(T::from_f64));
+        Self { split, points, second, origin, turn, bend }
     }
 
     /// Position and derivatives at parameters of the piece.

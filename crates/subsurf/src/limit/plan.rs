@@ -13,6 +13,7 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod patterns;
 mod sub_patches;
 
 pub(super) use compile::Numbers;

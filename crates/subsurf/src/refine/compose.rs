@@ -92,15 +92,7 @@ impl Composer<'_> {
         out
     }
 
-    fn fill_node(
-        &self,
-        tier: usize,
-        node: usize,
-        ring: &WeightRows,
-        at: Placed,
-        size: usize,
-        out: &mut WeightRows,
-    ) {
+    fn fill_node(&self, tier: usize, node: usize, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
         let node = &self.trees.tiers[tier][node];
         let mut points = WeightRows::zeros(node.points(), ring.width);
         for point in 0..node.points() {

@@ -70,8 +70,7 @@ impl FaceRings {
             return Ok(None);
         }
         let is_plain = |v: u32| scheme.split() == SplitKind::Quads && is_plain(t, Vertex(v));
-        let plain: Vec<bool> =
-            (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(is_plain).collect();
+        let plain: Vec<bool> = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(is_plain).collect();
         // As many walks as threads: each has an entry for every vertex.
         let walks = Mutex::new(Vec::new());
         let pool = || walks.lock().unwrap_or_else(PoisonError::into_inner);

@@ -252,7 +252,8 @@ impl Numbering {
     pub fn new(control: &Topology, split: SplitKind, depth: u32) -> Self {
         let regions = regions(Counts::of(control), split, depth);
         let mut places = along_edge(depth).into_iter();
-        let of_region = |r: &Region| if r.owner == Owner::Edges { places.next().unwrap_or_default() } else { Vec::new() };
+        let of_region =
+            |r: &Region| if r.owner == Owner::Edges { places.next().unwrap_or_default() } else { Vec::new() };
         let along: Vec<Vec<u32>> = regions.iter().map(of_region).collect();
         let mut on_edge = vec![(0, 0); (1 << depth) + 1];
         for (region, along) in regions.iter().zip(&along) {

@@ -81,7 +81,13 @@ pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: 
     let corners: Vec<Vec<(u32, [T; N])>> = tasks
         .into_par_iter()
         .map_init(
-            || Worker { sources, values, filler: Filler::new(sources.trees, sources.maps), ring: Vec::new(), grid: Vec::new() },
+            || Worker {
+                sources,
+                values,
+                filler: Filler::new(sources.trees, sources.maps),
+                ring: Vec::new(),
+                grid: Vec::new(),
+            },
             Worker::run,
         )
         .collect();

@@ -93,7 +93,8 @@ impl RegularStep {
         let mut point = Vec::new();
         let e = t.edge(t.half_edge(Face(4), 0));
         refined_point(&t, scheme, Parent::Edge(e), &mut Mask::default(), &mut point);
-        let sum = |is_there: &dyn Fn(u32) -> bool| point.iter().filter(|term| is_there(term.0)).map(|term| term.1).sum();
+        let sum =
+            |is_there: &dyn Fn(u32) -> bool| point.iter().filter(|term| is_there(term.0)).map(|term| term.1).sum();
         let edge: [f64; 4] = std::array::from_fn(|x| sum(&|v| v as usize % 4 == x));
         let vertex: [f64; 4] = std::array::from_fn(|y| sum(&|v| v as usize / 4 == y));
         let place = |weights: &[f64], first: usize| {
@@ -164,10 +165,8 @@ impl TileTrees {
             t.surroundings(*f, 0, walk, around);
             t.cut_out(around)
         };
-        let mut sources: Vec<Topology> = faces
-            .par_iter()
-            .map_init(Default::default, |(walk, around), f| cut(f, walk, around))
-            .collect();
+        let mut sources: Vec<Topology> =
+            faces.par_iter().map_init(Default::default, |(walk, around), f| cut(f, walk, around)).collect();
         let mut tiers = Vec::new();
         for left in (1..=levels).rev() {
             let chunks: Vec<Compiled> =
@@ -261,8 +260,8 @@ impl Compiler {
         if self.left == 1 {
             return Child { kind: ChildKind::Corners, ring: slots.of_all(t.face_vertices(face)) };
         }
-        let is_regular = self.scheme.split() == SplitKind::Quads
-            && t.face_vertices(face).iter().all(|&v| is_plain(t, Vertex(v)));
+        let is_regular =
+            self.scheme.split() == SplitKind::Quads && t.face_vertices(face).iter().all(|&v| is_plain(t, Vertex(v)));
         if is_regular {
             return Child { kind: ChildKind::Regular, ring: slots.of_all(&plain_ring(t, face)) };
         }

@@ -98,10 +98,8 @@ impl UniformRefinement {
             None => {
                 let mut levels = Vec::with_capacity(depth as usize);
                 for _ in 0..depth {
-                    let next = levels.last().map_or_else(
-                        || Ok(Level::from_topology(control.clone(), scheme)),
-                        Level::refine,
-                    );
+                    let next =
+                        levels.last().map_or_else(|| Ok(Level::from_topology(control.clone(), scheme)), Level::refine);
                     levels.push(next?);
                 }
                 Method::Levels(levels)
@@ -213,7 +211,11 @@ impl UniformRefinement {
             Method::Trees(plan) => {
                 let maps = plan.maps::<T>(self.scheme.split());
                 let (control, numbering) = (&self.control, &self.numbering);
-                super::scatter::refine(&Sources { control, rings: &plan.rings, trees: &plan.trees, maps, numbering }, values, out);
+                super::scatter::refine(
+                    &Sources { control, rings: &plan.rings, trees: &plan.trees, maps, numbering },
+                    values,
+                    out,
+                );
             }
         }
     }

@@ -60,7 +60,8 @@ impl<T: Real> Maps<T> {
             }
             let rows = composer.node(tier, index);
             let cell = |i: usize| if split == SplitKind::Triangles { cells[left][i] as usize } else { i };
-            let samples = if split == SplitKind::Triangles { cells[left].len() } else { rows.weights.len() / node.ring };
+            let samples =
+                if split == SplitKind::Triangles { cells[left].len() } else { rows.weights.len() / node.ring };
             Map::Dense(Matrix::new(samples, node.ring, |i, p| rows.row(cell(i))[p]))
         };
         let tiers = trees
@@ -70,7 +71,9 @@ impl<T: Real> Maps<T> {
             .map(|(tier, nodes)| nodes.par_iter().enumerate().map(|(i, node)| map(tier, i, node)).collect())
             .collect();
         let regular = (0..=levels)
-            .map(|left| Regular { rows: trees.regular.repeated(left as u32).iter().map(|r| r.map(T::from_f64)).collect() })
+            .map(|left| Regular {
+                rows: trees.regular.repeated(left as u32).iter().map(|r| r.map(T::from_f64)).collect(),
+            })
             .collect();
         Self { split, tiers, regular, cells }
     }

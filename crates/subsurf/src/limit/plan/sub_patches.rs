@@ -90,6 +90,13 @@ impl Pose {
             (SplitKind::Triangles, _) => [[-p, q], [-p, 0.0]],
         }
     }
+
+    /// Second derivatives in the face's parameters, as combinations of those in the piece's: `ss`, `st`, `tt`.
+    pub fn second(self, split: SplitKind) -> [[f64; 3]; 3] {
+        let [u, v] = self.jacobian(split);
+        let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c, a * d + b * c, b * d];
+        [product(u, u), product(u, v), product(v, v)]
+    }
 }
 
 /// The matrices of one piece.
