@@ -15,7 +15,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     contest.enter_cold(OURS, || Ok(ours::build(case)));
     for (name, isolation, most) in [(FAR_4, 4, 130_000), (FAR_6, 6, 30_000)] {
         match context.at_most(most) {
-            Ok(()) => contest.enter_cold(name, move || Patches::new(mesh, &case.shape, isolation, false)),
+            Ok(()) => contest.enter_cold(name, move || Patches::new(mesh, &case.shape, isolation)),
             Err(why) => contest.absent(name, why),
         };
     }
@@ -45,7 +45,7 @@ pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let mut contest = Contest::new("patch table", "face", case.faces());
     contest.enter_cold(OURS, || Ok(ours::build(case)));
     match context.at_most(130_000) {
-        Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4, false)),
+        Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4)),
         Err(why) => contest.absent(FAR_4, why),
     };
     context.run(contest, emit);
