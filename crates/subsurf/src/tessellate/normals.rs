@@ -39,7 +39,7 @@ impl Sides {
             }
             let sharp_edges = |e: &&u32| t.is_infinitely_sharp(Edge(**e));
             let sharp = t.sharp_edges(crate::index::Vertex(v as u32)).iter().filter(sharp_edges).count();
-            if sharp >= 2 || t.vertex_sharpness[v] >= INFINITE_SHARPNESS {
+            if sharp >= 2 || t.vertex_sharpness.get(v) >= INFINITE_SHARPNESS {
                 sides.corner.insert(v as u32, NONE);
             }
         }

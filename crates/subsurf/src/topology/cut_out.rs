@@ -1,7 +1,7 @@
 //! What surrounds one face: the faces at its corners, in a canonical order, as a comparable key and as a small topology
 //! of its own. The limit of the face depends on nothing else.
 
-use super::{EdgeFlags, Interpolation, NONE, Topology};
+use super::{EdgeFlags, FaceOf, Interpolation, NONE, SharpnessColumn, Topology};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::other_end;
 use crate::sharpness::edge_half;
@@ -31,33 +31,62 @@ impl Hasher for NumberHasher {
 /// Reusable memory of [`Topology::surroundings`]: which vertices and faces the current walk has met.
 #[derive(Default)]
 pub(crate) struct Walk {
-    vertex_slot: Stamps,
-    face_slot: Stamps,
+    vertex_slot: Slots,
+    face_slot: Slots,
 }
 
-/// An array of slots that is cleared in no time.
+/// Slots by number: a hash table as large as what one walk meets, not as the mesh, and cleared in no time.
 #[derive(Default)]
-struct Stamps {
+struct Slots {
     round: u32,
-    slot: Vec<(u32, u32)>,
+    count: usize,
+    /// Number, round and slot; entries of earlier rounds are empty. A power of two, at most half of them in use.
+    entries: Vec<(u32, u32, u32)>,
 }
 
-impl Stamps {
-    fn clear(&mut self, len: usize) {
-        if self.slot.len() < len || self.round == u32::MAX {
-            self.slot = vec![(0, 0); len];
+impl Slots {
+    fn clear(&mut self) {
+        if self.entries.is_empty() || self.round == u32::MAX {
+            self.entries = vec![(0, 0, 0); self.entries.len().max(256)];
             self.round = 0;
         }
         self.round += 1;
+        self.count = 0;
     }
 
+    /// Where number `i` is, or would be.
+    #[inline]
+    fn place(&self, i: u32) -> usize {
+        let mask = self.entries.len() - 1;
+        let mut at = (i.wrapping_mul(0x9e37_79b9) >> 16) as usize ^ i as usize;
+        loop {
+            at &= mask;
+            let (number, round, _) = self.entries[at];
+            if round != self.round || number == i {
+                return at;
+            }
+            at += 1;
+        }
+    }
+
+    #[inline]
     fn get(&self, i: u32) -> Option<u32> {
-        let (round, slot) = self.slot[i as usize];
+        let (_, round, slot) = self.entries[self.place(i)];
         (round == self.round).then_some(slot)
     }
 
+    #[inline]
     fn set(&mut self, i: u32, slot: u32) {
-        self.slot[i as usize] = (self.round, slot);
+        if 2 * self.count >= self.entries.len() {
+            let all = vec![(0, 0, 0); 2 * self.entries.len()];
+            for (i, _, slot) in std::mem::replace(&mut self.entries, all).into_iter().filter(|e| e.1 == self.round) {
+                let at = self.place(i);
+                self.entries[at] = (i, self.round, slot);
+            }
+        }
+        let at = self.place(i);
+        self.count += usize::from(self.entries[at].1 != self.round);
+        self.entries[at] = (i, self.round, slot);
     }
 }
 
@@ -83,8 +112,8 @@ impl Topology {
         out.ring.clear();
         out.faces.clear();
         out.key.clear();
-        walk.vertex_slot.clear(self.vertex_count);
-        walk.face_slot.clear(self.face_count());
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
         let corner = |i: usize| self.half_edge(face, (start + i) % sides);
         self.visit(corner(0), walk, out);
         for i in 0..sides {
@@ -232,8 +261,6 @@ impl Topology {
         let origin: Vec<u32> = half_edges.iter().map(|&h| vertex_of[&self.origin[h as usize]]).collect();
         let twin: Vec<u32> =
             half_edges.iter().map(|&h| new_of.get(&self.twin[h as usize]).copied().unwrap_or(NONE)).collect();
-        let face = (0..around.faces.len())
-            .flat_map(|f| std::iter::repeat_n(f as u32, (face_offset[f + 1] - face_offset[f]) as usize));
         // The face's own corners come first in the ring; a degenerate face names one twice.
         let own = origin[..face_offset[1] as usize].iter().max().map_or(0, |&v| v as usize + 1);
         let is_own = |v: u32| (v as usize) < own;
@@ -255,7 +282,8 @@ impl Topology {
             .collect();
         let edge_vertices: Vec<[u32; 2]> =
             edge_old.iter().map(|&e| self.edge_vertices[e as usize].map(|v| vertex_of[&v])).collect();
-        let mut edge_sharpness: Vec<f64> = edge_old.iter().map(|&e| self.edge_sharpness[e as usize]).collect();
+        let mut edge_sharpness: SharpnessColumn =
+            edge_old.iter().map(|&e| self.edge_sharpness.get(e as usize)).collect();
         let mut edge_flags = vec![EdgeFlags::default(); edge_old.len()];
         for (i, &e) in edge.iter().enumerate() {
             if twin[i] == NONE {
@@ -265,7 +293,7 @@ impl Topology {
                     _ => EdgeFlags { boundary: true, non_manifold: false },
                 };
                 if !edge_vertices[e as usize].iter().any(|&v| is_own(v)) {
-                    edge_sharpness[e as usize] = INFINITE_SHARPNESS;
+                    edge_sharpness.set(e as usize, INFINITE_SHARPNESS);
                 }
             }
         }
@@ -287,7 +315,7 @@ impl Topology {
         let vertex_count = around.ring.len();
         let mut cut = Topology {
             vertex_count,
-            face: face.collect(),
+            face: FaceOf::new(&face_offset),
             face_offset,
             vertex_half_edge: super::build::leading_half_edges(vertex_count, &origin, &twin),
             origin,
@@ -298,7 +326,7 @@ impl Topology {
             edge_flags,
             edge_sharpness,
             vertex_non_manifold: around.ring.iter().map(|&v| self.vertex_non_manifold[v as usize]).collect(),
-            vertex_sharpness: around.ring.iter().map(|&v| self.vertex_sharpness[v as usize]).collect(),
+            vertex_sharpness: around.ring.iter().map(|&v| self.vertex_sharpness.get(v as usize)).collect(),
             sharp_offset: Vec::new(),
             sharp_edges: Vec::new(),
             hole: vec![false; around.faces.len()],
