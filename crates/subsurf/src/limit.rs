@@ -13,9 +13,10 @@ mod local_step;
 mod patch_table;
 pub(crate) mod plan;
 mod plan_key;
-mod regular_ring;
+
 mod rows;
 mod single_crease;
+mod smooth_ring;
 mod special;
 mod spectrum;
 mod tangent;

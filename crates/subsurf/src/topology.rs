@@ -206,6 +206,30 @@ impl Topology {
         self.twin(h).map(|t| self.next(t))
     }
 
+    /// Visits the outgoing half-edges of the fan that starts at the vertex's leading one, counter-clockwise; true where the
+    /// fan is closed.
+    #[inline]
+    pub(crate) fn walk_fan(&self, v: Vertex, visit: impl FnMut(HalfEdge)) -> bool {
+        match self.face {
+            FaceOf::Quads => self.walk_fan_by(v, |h| h & !3 | h.wrapping_sub(1) & 3, visit),
+            _ => self.walk_fan_by(v, |h| self.face.prev(h, &self.face_offset), visit),
+        }
+    }
+
+    #[inline]
+    fn walk_fan_by(&self, v: Vertex, prev: impl Fn(u32) -> u32, mut visit: impl FnMut(HalfEdge)) -> bool {
+        let start = self.vertex_half_edge[v.index()];
+        let mut at = start;
+        while at != NONE {
+            visit(HalfEdge(at));
+            at = self.twin[prev(at) as usize];
+            if at == start {
+                return true;
+            }
+        }
+        false
+    }
+
     /// An outgoing half-edge of a vertex, the clockwise-most one where the fan is open; none for isolated vertices.
     pub fn outgoing(&self, v: Vertex) -> Option<HalfEdge> {
         let h = self.vertex_half_edge[v.index()];

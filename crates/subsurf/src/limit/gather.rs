@@ -1,15 +1,17 @@
 //! What a patch table holds per patch: which plan, turned how, over which ring. Gathered chunk by chunk, in parallel.
 //!
-//! Most patches are quads among quads with nothing sharp nearby. Their rings are read off the half-edges, straight into the
-//! first part of the list of all rings; the rings of others come from walks round the face, and follow.
+//! Most patches are quads with [smooth corners](super::smooth_ring). Their rings are read off the half-edges, straight into
+//! the first part of the list of all rings; the rings of others come from walks round the face, and follow.
 
-use super::plan_key::{Key, Keys, canonical_corner};
-use super::regular_ring::{is_distinct, regular_ring};
+use super::plan_key::{Key, KeyHasher, Keys, canonical_corner};
+use super::smooth_ring::{self, VALENCES, Valences, is_distinct};
 use crate::index::{Face, Vertex};
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::hash::BuildHasherDefault;
 use std::ops::Range;
 
 /// Faces a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
@@ -46,15 +48,15 @@ impl Gathered {
         size.check(patches)?;
 
         let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
-        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; 16 * size.regular + size.others]);
-        let (regular, mut others) = ring.split_at_mut(16 * size.regular);
-        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, regular };
+        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
+        let (direct, mut others) = ring.split_at_mut(size.direct);
+        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
         let mut met: Vec<Met> =
             chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &fans, own)).collect();
 
         let (mut representatives, mut known) = (Vec::new(), Keys::default());
-        let mut end = 16 * size.regular;
+        let mut end = size.direct;
         let mut rest = Vec::with_capacity(met.len());
         for chunk in &mut met {
             let plans: Vec<u32> =
@@ -93,12 +95,12 @@ fn faces_of(t: &Topology, chunk: usize) -> Range<usize> {
     chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())
 }
 
-/// The faces at a vertex: how many, and whether it is *plain*, an interior vertex of four quads with nothing sharp.
+/// The faces at a vertex: how many, and whether it is *smooth*, an interior manifold vertex of quads with nothing sharp.
 #[derive(Clone, Copy)]
 pub(super) struct Fan(u32);
 
 impl Fan {
-    const PLAIN: u32 = 1 << 31;
+    const SMOOTH: u32 = 1 << 31;
 
     /// Those of all vertices.
     fn all(t: &Topology) -> Vec<Self> {
@@ -121,37 +123,35 @@ impl Fan {
     }
 
     /// The fan that starts at the vertex' leading half-edge.
+    #[inline]
     pub fn of(t: &Topology, v: Vertex) -> Self {
-        let Some(start) = t.outgoing(v) else { return Self(0) };
-        let (mut at, mut faces, mut quads) = (start, 1, t.sides(t.face(start)) == 4);
-        let closed = loop {
-            match t.turn_left(at) {
-                None => break false,
-                Some(h) if h == start => break true,
-                Some(h) => at = h,
-            }
+        let (mut faces, mut quads) = (0, true);
+        let closed = t.walk_fan(v, |h| {
             faces += 1;
-            quads &= t.sides(t.face(at)) == 4;
-        };
+            quads &= t.sides(t.face(h)) == 4;
+        });
         let smooth = t.vertex_sharpness(v) == 0.0 && t.sharp_edges(v).is_empty() && t.foreign_sharpness(v).is_empty();
-        let plain = closed && faces == 4 && quads && smooth && !t.vertex_non_manifold[v.index()];
-        Self(faces | if plain { Self::PLAIN } else { 0 })
+        let smooth = closed && quads && smooth && !t.vertex_non_manifold[v.index()];
+        Self(faces | if smooth { Self::SMOOTH } else { 0 })
     }
 
-    pub fn is_plain(self) -> bool {
-        self.0 & Self::PLAIN != 0
+    /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
+    #[inline]
+    pub fn smooth_valence(self) -> Option<u8> {
+        let valence = self.0 & !Self::SMOOTH;
+        (self.0 & Self::SMOOTH != 0 && VALENCES.contains(&valence)).then_some(valence as u8)
     }
 
     fn faces(self) -> usize {
-        (self.0 & !Self::PLAIN) as usize
+        (self.0 & !Self::SMOOTH) as usize
     }
 }
 
 /// How much memory rings take.
 #[derive(Clone, Copy, Default)]
 struct Size {
-    /// Quads whose corners are plain.
-    regular: usize,
+    /// Control points in rings that are read directly.
+    direct: usize,
     /// Control points in the rings of other patches, at most.
     others: usize,
 }
@@ -166,17 +166,17 @@ impl Size {
         if t.is_hole(face) {
             return Self::default();
         }
-        if is_regular(whole, fans, corners) {
-            return Self { regular: 1, others: 0 };
+        if let Some(valences) = valences(whole, fans, corners) {
+            return Self { direct: smooth_ring::points(valences), others: 0 };
         }
         // A face at a vertex adds at most its corners but two to the ring; n-gons have n patches.
         let ring = corners.iter().map(|&v| 2 * fans[v as usize].faces()).sum::<usize>();
-        Self { regular: 0, others: if corners.len() == whole { ring } else { corners.len() * ring } }
+        Self { direct: 0, others: if corners.len() == whole { ring } else { corners.len() * ring } }
     }
 
     /// Refuses meshes whose rings would not fit into memory, before any is made.
     fn check(self, patches: usize) -> Result<(), MeshError> {
-        let (count, limit) = (16 * self.regular + self.others, MOST_RING_POINTS + 64 * patches);
+        let (count, limit) = (self.direct + self.others, MOST_RING_POINTS + 64 * patches);
         if count > limit {
             let what = "control points round its faces (a vertex of n faces needs n² of them)";
             return Err(MeshError::TooLarge { what, count, limit });
@@ -187,36 +187,41 @@ impl Size {
 
 impl std::iter::Sum for Size {
     fn sum<I: Iterator<Item = Self>>(sizes: I) -> Self {
-        sizes.fold(Self::default(), |a, b| Self { regular: a.regular + b.regular, others: a.others + b.others })
+        sizes.fold(Self::default(), |a, b| Self { direct: a.direct + b.direct, others: a.others + b.others })
     }
 }
 
-fn is_regular(whole: usize, fans: &[Fan], corners: &[u32]) -> bool {
-    whole == 4 && corners.len() == 4 && corners.iter().all(|&v| fans[v as usize].is_plain())
+/// Valences of a quad whose ring is read directly.
+#[inline]
+fn valences(whole: usize, fans: &[Fan], corners: &[u32]) -> Option<Valences> {
+    let &[a, b, c, d] = corners else { return None };
+    let valence = |v: u32| fans[v as usize].smooth_valence();
+    (whole == 4).then_some(())?;
+    Some([valence(a)?, valence(b)?, valence(c)?, valence(d)?])
 }
 
-/// Tables per patch, and the rings of regular patches, or the part of them that belongs to some faces.
+/// Tables per patch, and the rings that are read directly.
 struct Lists<'a> {
     plan: &'a mut [u32],
     turn: &'a mut [u8],
     start: &'a mut [u32],
-    regular: &'a mut [u32],
+    direct: &'a mut [u32],
 }
 
 /// Some faces, and their part of the tables.
 struct Chunk<'a> {
     faces: Range<usize>,
-    /// Where the rings of its regular patches start.
+    /// Where its rings start that are read directly.
     base: usize,
     plan: &'a mut [u32],
     turn: &'a mut [u8],
     start: &'a mut [u32],
-    regular: &'a mut [u32],
+    direct: &'a mut [u32],
 }
 
 impl<'a> Lists<'a> {
     fn chunks(self, t: &Topology, face_patch: &[u32], sizes: &[Size]) -> Vec<Chunk<'a>> {
-        let Self { mut plan, mut turn, mut start, mut regular } = self;
+        let Self { mut plan, mut turn, mut start, mut direct } = self;
         let mut base = 0;
         let cut = |(chunk, size): (usize, &Size)| {
             let faces = faces_of(t, chunk);
@@ -227,9 +232,9 @@ impl<'a> Lists<'a> {
                 plan: plan.split_off_mut(..patches).unwrap_or_default(),
                 turn: turn.split_off_mut(..patches).unwrap_or_default(),
                 start: start.split_off_mut(..patches).unwrap_or_default(),
-                regular: regular.split_off_mut(..16 * size.regular).unwrap_or_default(),
+                direct: direct.split_off_mut(..size.direct).unwrap_or_default(),
             };
-            base += 16 * size.regular;
+            base += size.direct;
             chunk
         };
         sizes.iter().enumerate().map(cut).collect()
@@ -256,8 +261,9 @@ struct Met {
 impl Chunk<'_> {
     fn gather(&mut self, t: &Topology, whole: usize, fans: &[Fan], scratch: &mut Scratch) -> Met {
         let mut met = Met::default();
-        let mut known = Keys::default();
-        let mut regular_plan = None;
+        let mut known_keys = Keys::default();
+        let mut smooth_plans: HashMap<Valences, (u32, u8), BuildHasherDefault<KeyHasher>> = HashMap::default();
+        let mut last_plan = None;
         let (mut patch, mut rings) = (0, 0);
         for face in self.faces.clone().map(Face::new) {
             let sides = t.sides(face);
@@ -266,27 +272,36 @@ impl Chunk<'_> {
                 patch += starts.len();
                 continue;
             }
-            if is_regular(whole, fans, t.face_vertices(face)) {
-                let ring = regular_ring(t, face);
-                let own = rings..rings + 16;
-                rings += 16;
-                // Where a mesh is so small that faces round this one are the same, the place stays empty.
-                if is_distinct(&ring) {
-                    let plan = *regular_plan.get_or_insert_with(|| {
-                        let plan = met.walk(t, face, canonical_corner(t, face), &mut known, scratch);
-                        debug_assert_eq!(scratch.around.ring, ring);
-                        plan
+            if let Some(valences) = valences(whole, fans, t.face_vertices(face)) {
+                // Where the walk starts follows from the valences.
+                let known = last_plan
+                    .filter(|&(last, _)| last == valences)
+                    .map(|l| l.1)
+                    .or_else(|| smooth_plans.get(&valences).copied());
+                let start = known.map_or_else(|| canonical_corner(t, face), |known| usize::from(known.1));
+                let own = rings..rings + smooth_ring::points(valences);
+                rings = own.end;
+                let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
+                smooth_ring::read(t, face, start, turned, &mut self.direct[own.clone()]);
+                // In small meshes, where the ring is another one, the place stays unused.
+                if is_distinct(&self.direct[own.clone()]) {
+                    let (plan, turn) = known.unwrap_or_else(|| {
+                        let plan = met.walk(t, face, start, &mut known_keys, scratch);
+                        debug_assert_eq!(scratch.around.ring, self.direct[own.clone()]);
+                        smooth_plans.insert(valences, (plan, start as u8));
+                        (plan, start as u8)
                     });
+                    last_plan = Some((valences, (plan, turn)));
                     self.plan[patch] = plan;
+                    self.turn[patch] = turn;
                     self.start[patch] = (self.base + own.start) as u32;
-                    self.regular[own].copy_from_slice(&ring);
                     patch += 1;
                     continue;
                 }
             }
             for subface in starts {
                 let start = if sides == whole { canonical_corner(t, face) } else { subface };
-                let plan = met.walk(t, face, start, &mut known, scratch);
+                let plan = met.walk(t, face, start, &mut known_keys, scratch);
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
                 self.turn[patch] = if sides == whole { start as u8 } else { 0 };

@@ -84,12 +84,13 @@ impl PatchTable {
         {
             return Err(MeshError::NotATriangle { face, sides: topology.sides(Face(face as u32)) });
         }
-        let mut face_patch = Vec::with_capacity(faces + 1);
-        face_patch.push(0u32);
-        for f in 0..faces as u32 {
-            let sides = topology.sides(Face(f));
-            // At most one patch per corner, and corners fit into 32 bits.
-            face_patch.push(face_patch[f as usize] + if sides == whole { 1 } else { sides as u32 });
+        // At most one patch per corner, and corners fit into 32 bits.
+        let sides = |f: usize| topology.sides(Face(f as u32));
+        let mut face_patch: Vec<u32> = (0..=faces as u32).collect();
+        if (0..faces).any(|f| sides(f) != whole) {
+            for f in 0..faces {
+                face_patch[f + 1] = face_patch[f] + if sides(f) == whole { 1 } else { sides(f) as u32 };
+            }
         }
         let specials = SpecialVertices::new(method);
         let gathered = Gathered::new(&topology, whole, &face_patch)?;

@@ -65,7 +65,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
     };
-    topology.apply_tags(mesh.tags(), &edges.open, &matching.face_count);
+    topology.apply_tags(mesh.tags(), &edges.open);
     Ok(topology)
 }
 
@@ -175,17 +175,25 @@ impl Edges {
 
 impl Topology {
     /// Sharpens what the rules make sharp, and turns faces into holes.
-    fn apply_tags(&mut self, tags: &Tags, open: &[u32], face_count: &[u32]) {
+    fn apply_tags(&mut self, tags: &Tags, open: &[u32]) {
         let vertices = || (0..self.vertex_count as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
-        self.vertex_non_manifold =
-            vertices().map(|v| self.fan_faces(v) != face_count[v.index()] || face_count[v.index()] == 0).collect();
+        let mut faces: Vec<u32> = vertices().map(|v| self.fan_faces(v)).collect();
+        // Where fans leave no corner out, they hold all faces of every vertex.
+        let in_fans = faces.par_iter().with_min_len(SHARE).map(|&n| n as usize).sum::<usize>();
+        let all = if in_fans == self.origin.len() { None } else { Some(self.faces_per_vertex()) };
+        self.vertex_non_manifold = match &all {
+            None => faces.par_iter().with_min_len(SHARE).map(|&n| n == 0).collect(),
+            Some(all) => faces.iter().zip(all).map(|(fan, &all)| *fan != all || all == 0).collect(),
+        };
+        faces = all.unwrap_or(faces);
         let lonely: Vec<u32> = match tags.rules.boundary {
             Boundary::EdgeAndCorner => {
-                let lonely = |v: &Vertex| face_count[v.index()] == 1 && self.fan_edges_of_one_face(*v);
+                let lonely = |v: &Vertex| faces[v.index()] == 1 && self.fan_edges_of_one_face(*v);
                 vertices().filter(lonely).map(|v| v.0).collect()
             }
             _ => Vec::new(),
         };
+        drop(faces);
         let non_manifold: Vec<u32> =
             open.iter().copied().filter(|&e| self.edge_flags[e as usize].non_manifold).collect();
         for &e in &non_manifold {
@@ -216,14 +224,10 @@ impl Topology {
     }
 
     /// Number of faces in the fan that starts at the vertex's leading half-edge.
+    #[inline]
     pub(super) fn fan_faces(&self, v: Vertex) -> u32 {
-        let Some(start) = self.outgoing(v) else { return 0 };
-        let mut count = 1;
-        let mut h = self.turn_left(start);
-        while let Some(next) = h.filter(|&h| h != start) {
-            count += 1;
-            h = self.turn_left(next);
-        }
+        let mut count = 0;
+        self.walk_fan(v, |_| count += 1);
         count
     }
 

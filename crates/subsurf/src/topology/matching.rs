@@ -15,9 +15,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 pub(super) struct Matching {
     /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`].
     pub twin: Vec<u32>,
-    /// First outgoing half-edge, and number of faces, of every vertex.
+    /// First outgoing half-edge of every vertex.
     pub first_outgoing: Vec<u32>,
-    pub face_count: Vec<u32>,
     /// Half-edges of non-manifold edges but the leaders, ascending, with their leaders.
     pub followers: Vec<(u32, u32)>,
     /// Leaders of non-manifold edges, ascending, and whether the edge has one face only.
@@ -76,17 +75,21 @@ fn filed(a: u32, b: u32) -> (u32, u32) {
 /// The edges that are filed under one range of vertices.
 struct Share {
     vertices: Range<u32>,
-    /// First edge of every vertex' chain.
-    head: Vec<u32>,
+    ends: Vec<End>,
     edges: Vec<Filed>,
     /// Edges at vertices whose chains are full.
     crowded: HashMap<(u32, u32), u32>,
     /// Non-manifold edges but those with equal ends.
     unusual: BTreeMap<u32, Unusual>,
-    first_outgoing: Vec<u32>,
-    face_count: Vec<u32>,
     followers: Vec<(u32, u32)>,
     non_manifold: Vec<(u32, bool)>,
+}
+
+/// What is known of a vertex: the first edge of its chain, and its first outgoing half-edge.
+#[derive(Clone, Copy)]
+struct End {
+    head: u32,
+    outgoing: u32,
 }
 
 /// An edge in its chain.
@@ -94,12 +97,7 @@ struct Filed {
     other: u32,
     next: u32,
     leader: u32,
-    /// The second half-edge, or [`NONE`], or [`UNUSUAL`].
-    second: u32,
 }
-
-/// In the place of a half-edge: look among the unusual edges.
-const UNUSUAL: u32 = NONE - 1;
 
 struct Unusual {
     faces: u32,
@@ -112,12 +110,10 @@ const LONGEST: usize = 24;
 impl Share {
     fn new(list: FaceList<'_>, vertices: Range<u32>, spans: &[[u32; 2]], twin: &[AtomicU32]) -> Self {
         let mut share = Self {
-            head: vec![NONE; vertices.len()],
+            ends: vec![End { head: NONE, outgoing: NONE }; vertices.len()],
             edges: Vec::with_capacity(2 * vertices.len() + vertices.len() / 8),
             crowded: HashMap::new(),
             unusual: BTreeMap::new(),
-            first_outgoing: vec![NONE; vertices.len()],
-            face_count: vec![0; vertices.len()],
             followers: Vec::new(),
             non_manifold: Vec::new(),
             vertices,
@@ -145,15 +141,14 @@ impl Share {
     /// Takes in half-edge `h` from `a` to `b`.
     #[inline]
     fn visit(&mut self, list: FaceList<'_>, h: u32, a: u32, b: u32, twin: &[AtomicU32]) {
-        let at = a.wrapping_sub(self.vertices.start) as usize;
-        if let (Some(first), Some(count)) = (self.first_outgoing.get_mut(at), self.face_count.get_mut(at)) {
-            if *first == NONE {
-                *first = h;
-            }
-            *count += 1;
+        let start = self.vertices.start;
+        if let Some(end) = self.ends.get_mut(a.wrapping_sub(start) as usize)
+            && end.outgoing == NONE
+        {
+            end.outgoing = h;
         }
         let (own, other) = filed(a, b);
-        let Some(&head) = self.head.get(own.wrapping_sub(self.vertices.start) as usize) else { return };
+        let Some(&End { head, .. }) = self.ends.get(own.wrapping_sub(start) as usize) else { return };
         if a == b {
             // Both ends equal: an edge of its own, whatever else there is.
             self.non_manifold.push((h, true));
@@ -171,8 +166,8 @@ impl Share {
         if length >= LONGEST {
             return self.visit_crowded(list, h, a, (own, other), twin);
         }
-        self.head[(own - self.vertices.start) as usize] = self.edges.len() as u32;
-        self.edges.push(Filed { other, next: head, leader: h, second: NONE });
+        self.ends[(own - start) as usize].head = self.edges.len() as u32;
+        self.edges.push(Filed { other, next: head, leader: h });
     }
 
     /// The same where the chain is full.
@@ -182,7 +177,7 @@ impl Share {
             Some(&edge) => self.join(list, edge, h, a, twin),
             None => {
                 self.crowded.insert(ends, self.edges.len() as u32);
-                self.edges.push(Filed { other: ends.1, next: NONE, leader: h, second: NONE });
+                self.edges.push(Filed { other: ends.1, next: NONE, leader: h });
             }
         }
     }
@@ -190,11 +185,10 @@ impl Share {
     /// Half-edge `h`, which starts at `a`, is a further one of an edge.
     #[inline]
     fn join(&mut self, list: FaceList<'_>, edge: u32, h: u32, a: u32, twin: &[AtomicU32]) {
-        let filed = &mut self.edges[edge as usize];
-        let leader = filed.leader;
+        let leader = self.edges[edge as usize].leader;
         let is_other_side = list.origin[leader as usize] != a && list.face.get(leader) != list.face.get(h);
-        if filed.second == NONE && is_other_side {
-            filed.second = h;
+        let is_single = twin[leader as usize].load(Relaxed) == NONE;
+        if is_other_side && is_single && (self.unusual.is_empty() || !self.unusual.contains_key(&edge)) {
             twin[leader as usize].store(h, Relaxed);
             twin[h as usize].store(leader, Relaxed);
         } else {
@@ -206,14 +200,12 @@ impl Share {
     /// its last face is that of `h`, which then has an edge of its own there.
     #[cold]
     fn join_unusual(&mut self, list: FaceList<'_>, edge: u32, h: u32, twin: &[AtomicU32]) {
-        let filed = &mut self.edges[edge as usize];
-        let leader = filed.leader;
+        let leader = self.edges[edge as usize].leader;
         let state = self.unusual.entry(edge).or_insert_with(|| {
-            let second = std::mem::replace(&mut filed.second, UNUSUAL);
+            let second = twin[leader as usize].swap(NONE, Relaxed);
             if second == NONE {
                 return Unusual { faces: 1, last_face: list.face.get(leader) };
             }
-            twin[leader as usize].store(NONE, Relaxed);
             twin[second as usize].store(NONE, Relaxed);
             self.followers.push((second, leader));
             Unusual { faces: 2, last_face: list.face.get(second) }
@@ -228,7 +220,7 @@ impl Share {
     }
 
     fn find(&self, own: u32, other: u32) -> Option<u32> {
-        let mut edge = self.head[(own - self.vertices.start) as usize];
+        let mut edge = self.ends[(own - self.vertices.start) as usize].head;
         while edge != NONE {
             let filed = &self.edges[edge as usize];
             if filed.other == other {
@@ -258,15 +250,13 @@ impl Matching {
             (0..threads).into_par_iter().map(|k| Share::new(list, bound(k)..bound(k + 1), &spans, &twin)).collect();
         let mut out = Self {
             twin: twin.into_iter().map(AtomicU32::into_inner).collect(),
-            first_outgoing: Vec::new(),
-            face_count: Vec::new(),
+            first_outgoing: Vec::with_capacity(list.vertex_count),
             followers: Vec::new(),
             non_manifold: Vec::new(),
             shares: Vec::new(),
         };
         for share in &mut shares {
-            append(&mut out.first_outgoing, std::mem::take(&mut share.first_outgoing));
-            append(&mut out.face_count, std::mem::take(&mut share.face_count));
+            out.first_outgoing.extend(share.ends.iter().map(|end| end.outgoing));
             out.followers.append(&mut share.followers);
             out.non_manifold.append(&mut share.non_manifold);
         }
@@ -285,13 +275,5 @@ impl Matching {
     /// Gives back the memory that [`find`](Self::find) needs.
     pub fn forget(&mut self) {
         self.shares = Vec::new();
-    }
-}
-
-fn append(all: &mut Vec<u32>, mut part: Vec<u32>) {
-    if all.is_empty() {
-        *all = part;
-    } else {
-        all.append(&mut part);
     }
 }
