@@ -87,7 +87,8 @@ impl Topology {
     /// [`MeshError::CreaseNotOnEdge`] where a crease names two vertices that no edge joins, and
     /// [`MeshError::TooLarge`] where edges overflow 32-bit indices.
     pub fn new(mesh: &ControlMesh) -> Result<Self, MeshError> {
-        build::from_mesh(mesh)
+        // One entry into the thread pool for all that follows.
+        rayon::scope(|_| build::from_mesh(mesh))
     }
 
     /// Number of vertices, isolated ones included.

@@ -258,12 +258,22 @@ struct Met {
     ring: Vec<u32>,
 }
 
+/// What the valences of a quad with smooth corners say: where its walk starts and, once it is met, the plan.
+#[derive(Clone, Copy)]
+struct Smooth {
+    start: u8,
+    plan: u32,
+}
+
+type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
+
 impl Chunk<'_> {
     fn gather(&mut self, t: &Topology, whole: usize, fans: &[Fan], scratch: &mut Scratch) -> Met {
-        let mut met = Met::default();
-        let mut known_keys = Keys::default();
-        let mut smooth_plans: HashMap<Valences, (u32, u8), BuildHasherDefault<KeyHasher>> = HashMap::default();
-        let mut last_plan = None;
+        let (mut met, mut known) = (Met::default(), Keys::default());
+        let mut smooth = SmoothPlans::default();
+        smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
+        self.read_rings(t, whole, fans, &mut smooth);
+        let mut regular = NONE;
         let (mut patch, mut rings) = (0, 0);
         for face in self.faces.clone().map(Face::new) {
             let sides = t.sides(face);
@@ -273,35 +283,32 @@ impl Chunk<'_> {
                 continue;
             }
             if let Some(valences) = valences(whole, fans, t.face_vertices(face)) {
-                // Where the walk starts follows from the valences.
-                let known = last_plan
-                    .filter(|&(last, _)| last == valences)
-                    .map(|l| l.1)
-                    .or_else(|| smooth_plans.get(&valences).copied());
-                let start = known.map_or_else(|| canonical_corner(t, face), |known| usize::from(known.1));
                 let own = rings..rings + smooth_ring::points(valences);
                 rings = own.end;
-                let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
-                smooth_ring::read(t, face, start, turned, &mut self.direct[own.clone()]);
                 // In small meshes, where the ring is another one, the place stays unused.
                 if is_distinct(&self.direct[own.clone()]) {
-                    let (plan, turn) = known.unwrap_or_else(|| {
-                        let plan = met.walk(t, face, start, &mut known_keys, scratch);
-                        debug_assert_eq!(scratch.around.ring, self.direct[own.clone()]);
-                        smooth_plans.insert(valences, (plan, start as u8));
-                        (plan, start as u8)
-                    });
-                    last_plan = Some((valences, (plan, turn)));
-                    self.plan[patch] = plan;
-                    self.turn[patch] = turn;
                     self.start[patch] = (self.base + own.start) as u32;
+                    if valences == [4; 4] && regular != NONE {
+                        self.plan[patch] = regular;
+                        patch += 1;
+                        continue;
+                    }
+                    let shared = smooth.get_mut(&valences).expect("its ring was read");
+                    if shared.plan == NONE {
+                        shared.plan = met.walk(t, face, usize::from(shared.start), &mut known, scratch);
+                        debug_assert_eq!(scratch.around.ring, self.direct[own]);
+                    }
+                    (self.plan[patch], self.turn[patch]) = (shared.plan, shared.start);
+                    if valences == [4; 4] {
+                        regular = shared.plan;
+                    }
                     patch += 1;
                     continue;
                 }
             }
             for subface in starts {
                 let start = if sides == whole { canonical_corner(t, face) } else { subface };
-                let plan = met.walk(t, face, start, &mut known_keys, scratch);
+                let plan = met.walk(t, face, start, &mut known, scratch);
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
                 self.turn[patch] = if sides == whole { start as u8 } else { 0 };
@@ -311,6 +318,26 @@ impl Chunk<'_> {
             }
         }
         met
+    }
+
+    /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
+    /// load in fours.
+    fn read_rings(&mut self, t: &Topology, whole: usize, fans: &[Fan], smooth: &mut SmoothPlans) {
+        let mut rings = 0;
+        for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
+            let Some(valences) = valences(whole, fans, t.face_vertices(face)) else { continue };
+            let start = if valences == [4; 4] {
+                0
+            } else {
+                // Where the walk starts follows from the valences.
+                let new = || Smooth { start: canonical_corner(t, face) as u8, plan: NONE };
+                usize::from(smooth.entry(valences).or_insert_with(new).start)
+            };
+            let own = rings..rings + smooth_ring::points(valences);
+            rings = own.end;
+            let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
+            smooth_ring::read(t, face, start, turned, &mut self.direct[own]);
+        }
     }
 }
 

@@ -69,7 +69,8 @@ impl PatchTable {
     /// # Errors
     /// As [`PatchTable::new`].
     pub fn with_method(mesh: &ControlMesh, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
-        Self::from_topology(scheme_topology(mesh, scheme)?, scheme, method)
+        // One entry into the thread pool for all that follows.
+        rayon::scope(|_| Self::from_topology(scheme_topology(mesh, scheme)?, scheme, method))
     }
 
     /// Builds the table from a topology that is at hand.
@@ -77,6 +78,10 @@ impl PatchTable {
     /// # Errors
     /// As [`PatchTable::new`].
     pub fn from_topology(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
+        rayon::scope(|_| Self::gathered(topology, scheme, method))
+    }
+
+    fn gathered(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
         let faces = topology.face_count();
         let whole = scheme.patch_sides();
         if scheme.split() == SplitKind::Triangles

@@ -126,17 +126,37 @@ impl<N: Fn(u32) -> u32, P: Fn(u32) -> u32> Reader<'_, N, P> {
 /// True where no vertex is named twice.
 #[inline]
 pub(super) fn is_distinct(ring: &[u32]) -> bool {
-    match <&[u32; 16]>::try_from(ring) {
-        Ok(ring) => compare::<24>(ring),
-        Err(_) => compare::<{ MOST + MOST / 2 }>(ring),
+    match ring.as_chunks() {
+        (&[a, b, c, d], []) => is_distinct_in_fours([a, b, c, d]),
+        _ => is_distinct_in_general(ring),
     }
 }
 
-/// Compares every vertex with those on the following half of the way round, to which `N` has to suffice.
+/// Sixteen vertices, in fours so that one instruction compares four: every four with every other and with itself, turned.
 #[inline]
-fn compare<const N: usize>(ring: &[u32]) -> bool {
+fn is_distinct_in_fours(fours: [[u32; 4]; 4]) -> bool {
+    let turned = |[a, b, c, d]: [u32; 4]| [b, c, d, a];
+    let mut same = [0; 4];
+    let mut compare = |a: [u32; 4], b: [u32; 4]| (0..4).for_each(|k| same[k] |= u32::from(a[k] == b[k]));
+    for (i, &four) in fours.iter().enumerate() {
+        let once = turned(four);
+        compare(four, once);
+        compare(four, turned(once));
+        for &before in &fours[..i] {
+            let mut other = before;
+            for _ in 0..4 {
+                compare(four, other);
+                other = turned(other);
+            }
+        }
+    }
+    same == [0; 4]
+}
+
+/// Every vertex against those on the following half of the way round.
+fn is_distinct_in_general(ring: &[u32]) -> bool {
     let (n, half) = (ring.len(), ring.len() / 2);
-    let mut round = [0; N];
+    let mut round = [0; MOST + MOST / 2];
     round[..n].copy_from_slice(ring);
     round[n..n + half].copy_from_slice(&ring[..half]);
     let mut same = 0;
