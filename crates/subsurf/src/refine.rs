@@ -5,9 +5,12 @@
 //! for every parent edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent,
 //! corner by corner, and under Loop the middle one last.
 
+mod next_level;
 mod quad_split;
 mod split;
 mod tri_split;
+
+pub(crate) use next_level::NextLevel;
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
