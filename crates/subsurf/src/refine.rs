@@ -7,6 +7,7 @@
 
 mod compose;
 mod face_rings;
+mod next_level;
 mod numbering;
 mod plain;
 mod quad_split;
@@ -18,6 +19,8 @@ mod uniform;
 mod values;
 
 pub use uniform::UniformRefinement;
+
+pub(crate) use next_level::NextLevel;
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};

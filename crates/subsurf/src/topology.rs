@@ -16,13 +16,17 @@ mod build;
 mod channel;
 mod check;
 mod cut_out;
+mod cutter;
 mod raise;
 mod splice;
+mod tables;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
-pub(crate) use cut_out::{Surroundings, Walk};
-pub(crate) use raise::lowered;
+pub(crate) use cut_out::{Around, Surroundings, Walk};
+pub(crate) use cutter::Cutter;
+pub(crate) use raise::{excess, lowered, lowest_semi_sharpness};
 pub(crate) use splice::{Edits, Piece};
+pub(crate) use tables::Tables;
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};
@@ -276,28 +280,30 @@ impl Topology {
 
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
     pub(crate) fn index_sharp_edges(&mut self) {
-        let mut offset = vec![0u32; self.vertex_count + 1];
-        let sharp = |e: &usize| self.edge_sharpness[*e] > 0.0;
-        let edges = || (0..self.edge_vertices.len()).filter(sharp);
+        let Self { edge_vertices, edge_sharpness, sharp_offset: offset, sharp_edges: list, .. } = self;
+        let edges = || edge_sharpness.iter().enumerate().filter(|(_, s)| **s > 0.0).map(|(e, _)| e);
         // A degenerate edge (both ends equal) is listed once.
         let ends = |e: usize| {
-            let [a, b] = self.edge_vertices[e];
+            let [a, b] = edge_vertices[e];
             std::iter::once(a).chain((b != a).then_some(b))
         };
-        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 1] += 1));
-        for v in 0..self.vertex_count {
-            offset[v + 1] += offset[v];
+        // Counted two places further, so that filling moves every start to where it belongs.
+        offset.clear();
+        offset.resize(self.vertex_count + 2, 0);
+        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 2] += 1));
+        for v in 2..offset.len() {
+            offset[v] += offset[v - 1];
         }
-        let mut fill = offset.clone();
-        let mut list = vec![0u32; offset[self.vertex_count] as usize];
+        list.clear();
+        list.resize(offset[self.vertex_count + 1] as usize, 0);
         for e in edges() {
             for v in ends(e) {
-                list[fill[v as usize] as usize] = e as u32;
-                fill[v as usize] += 1;
+                let slot = &mut offset[v as usize + 1];
+                list[*slot as usize] = e as u32;
+                *slot += 1;
             }
         }
-        self.sharp_offset = offset;
-        self.sharp_edges = list;
+        offset.pop();
     }
 
     /// True where the edge is infinitely sharp.

@@ -79,13 +79,18 @@ fn faces_of_corners(face_offset: &[u32], corners: usize) -> Vec<u32> {
 /// The half-edge that starts each vertex's fan: the first one without a twin, else the first.
 pub(super) fn leading_half_edges(vertices: usize, origin: &[u32], twin: &[u32]) -> Vec<u32> {
     let mut lead = vec![NONE; vertices];
+    lead_fans(origin, twin, &mut lead);
+    lead
+}
+
+/// The same into a table of nothing.
+pub(super) fn lead_fans(origin: &[u32], twin: &[u32], lead: &mut [u32]) {
     for (h, &v) in origin.iter().enumerate().rev() {
         let old = lead[v as usize];
         if twin[h] == NONE || old == NONE || twin[old as usize] != NONE {
             lead[v as usize] = h as u32;
         }
     }
-    lead
 }
 
 /// Which half-edges belong to one edge.
