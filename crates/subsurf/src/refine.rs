@@ -144,7 +144,9 @@ impl Level {
         let t = &self.topology;
         assert_eq!(values.len(), t.face_count(), "one value per face of the level");
         match self.scheme.split() {
-            SplitKind::Quads => t.face.iter().map(|&f| values[f as usize].clone()).collect(),
+            SplitKind::Quads => {
+                (0..t.half_edge_count() as u32).map(|h| values[t.face.get(h) as usize].clone()).collect()
+            }
             SplitKind::Triangles => values.iter().flat_map(|v| std::iter::repeat_n(v.clone(), 4)).collect(),
         }
     }

@@ -17,14 +17,19 @@ mod channel;
 mod check;
 mod cut_out;
 mod cutter;
+mod face_of;
+mod matching;
 mod raise;
+mod sharpness_column;
 mod splice;
 mod tables;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
+pub(crate) use face_of::FaceOf;
 pub(crate) use raise::{excess, lowered, lowest_semi_sharpness};
+pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
 pub(crate) use tables::Tables;
 
@@ -52,18 +57,18 @@ pub struct Topology {
     pub(crate) face_offset: Vec<u32>,
     /// Per half-edge: origin, face, edge, twin.
     pub(crate) origin: Vec<u32>,
-    pub(crate) face: Vec<u32>,
+    pub(crate) face: FaceOf,
     pub(crate) edge: Vec<u32>,
     pub(crate) twin: Vec<u32>,
     pub(crate) edge_vertices: Vec<[u32; 2]>,
     /// One half-edge of every edge.
     pub(crate) edge_half_edge: Vec<u32>,
     pub(crate) edge_flags: Vec<EdgeFlags>,
-    pub(crate) edge_sharpness: Vec<f64>,
+    pub(crate) edge_sharpness: SharpnessColumn,
     /// One outgoing half-edge per vertex; the one that leads the fan where the fan is open.
     pub(crate) vertex_half_edge: Vec<u32>,
     pub(crate) vertex_non_manifold: Vec<bool>,
-    pub(crate) vertex_sharpness: Vec<f64>,
+    pub(crate) vertex_sharpness: SharpnessColumn,
     /// Sharp edges (sharpness > 0) at every vertex: `sharp_edges[sharp_offset[v]..sharp_offset[v + 1]]`, ascending.
     pub(crate) sharp_offset: Vec<u32>,
     pub(crate) sharp_edges: Vec<u32>,
@@ -122,7 +127,8 @@ impl Topology {
 
     /// The vertices of a face, counter-clockwise.
     pub fn face_vertices(&self, face: Face) -> &[u32] {
-        &self.origin[self.first(face) as usize..self.face_offset[face.index() + 1] as usize]
+        let first = self.first(face) as usize;
+        &self.origin[first..first + self.sides(face)]
     }
 
     /// Start of every face in [`corners`](Self::corners), and the end of the last one.
@@ -138,7 +144,11 @@ impl Topology {
     /// Number of corners of a face.
     #[inline]
     pub fn sides(&self, face: Face) -> usize {
-        (self.face_offset[face.index() + 1] - self.face_offset[face.index()]) as usize
+        match self.face {
+            FaceOf::Quads => 4,
+            FaceOf::Triangles => 3,
+            FaceOf::Listed(_) => (self.face_offset[face.index() + 1] - self.face_offset[face.index()]) as usize,
+        }
     }
 
     /// True for a face that shapes its neighbours but is not part of the surface.
@@ -154,13 +164,13 @@ impl Topology {
 
     #[inline]
     pub(crate) fn first(&self, face: Face) -> u32 {
-        self.face_offset[face.index()]
+        self.face.first(face.0, &self.face_offset)
     }
 
     /// The face on the left of a half-edge.
     #[inline]
     pub fn face(&self, h: HalfEdge) -> Face {
-        Face(self.face[h.index()])
+        Face(self.face.get(h.0))
     }
 
     /// Where a half-edge starts.
@@ -185,15 +195,13 @@ impl Topology {
     /// The following half-edge of the same face.
     #[inline]
     pub fn next(&self, h: HalfEdge) -> HalfEdge {
-        let f = self.face[h.index()] as usize;
-        if h.0 + 1 == self.face_offset[f + 1] { HalfEdge(self.face_offset[f]) } else { HalfEdge(h.0 + 1) }
+        HalfEdge(self.face.next(h.0, &self.face_offset))
     }
 
     /// The preceding half-edge of the same face.
     #[inline]
     pub fn prev(&self, h: HalfEdge) -> HalfEdge {
-        let f = self.face[h.index()] as usize;
-        if h.0 == self.face_offset[f] { HalfEdge(self.face_offset[f + 1] - 1) } else { HalfEdge(h.0 - 1) }
+        HalfEdge(self.face.prev(h.0, &self.face_offset))
     }
 
     /// The next outgoing half-edge counter-clockwise round the origin of `h`; none where the fan ends.
@@ -223,13 +231,13 @@ impl Topology {
     /// Effective sharpness of an edge, in `[0, 10]`.
     #[inline]
     pub fn edge_sharpness(&self, e: Edge) -> f64 {
-        self.edge_sharpness[e.index()]
+        self.edge_sharpness.get(e.index())
     }
 
     /// Effective sharpness of a vertex, in `[0, 10]`.
     #[inline]
     pub fn vertex_sharpness(&self, v: Vertex) -> f64 {
-        self.vertex_sharpness[v.index()]
+        self.vertex_sharpness.get(v.index())
     }
 
     /// True for an edge with fewer than two faces.
@@ -281,7 +289,7 @@ impl Topology {
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
     pub(crate) fn index_sharp_edges(&mut self) {
         let Self { edge_vertices, edge_sharpness, sharp_offset: offset, sharp_edges: list, .. } = self;
-        let edges = || edge_sharpness.iter().enumerate().filter(|(_, s)| **s > 0.0).map(|(e, _)| e);
+        let edges = || edge_sharpness.sharp();
         // A degenerate edge (both ends equal) is listed once.
         let ends = |e: usize| {
             let [a, b] = edge_vertices[e];
@@ -306,9 +314,21 @@ impl Topology {
         offset.pop();
     }
 
+    /// Heap memory of the tables in bytes; the maps are left out, which are empty but for odd meshes.
+    pub(crate) fn bytes(&self) -> usize {
+        let lists = [&self.face_offset, &self.origin, &self.edge, &self.twin, &self.edge_half_edge];
+        let by_vertex = [&self.vertex_half_edge, &self.sharp_offset, &self.sharp_edges];
+        let numbers: usize = lists.into_iter().chain(by_vertex).map(|list| 4 * list.capacity()).sum();
+        let edges = size_of::<[u32; 2]>() * self.edge_vertices.capacity()
+            + size_of::<EdgeFlags>() * self.edge_flags.capacity()
+            + self.edge_sharpness.bytes();
+        let vertices = self.vertex_non_manifold.capacity() + self.vertex_sharpness.bytes();
+        numbers + edges + vertices + self.face.bytes() + self.hole.capacity() + self.edits.bytes()
+    }
+
     /// True where the edge is infinitely sharp.
     #[inline]
     pub fn is_infinitely_sharp(&self, e: Edge) -> bool {
-        self.edge_sharpness[e.index()] >= INFINITE_SHARPNESS
+        self.edge_sharpness(e) >= INFINITE_SHARPNESS
     }
 }

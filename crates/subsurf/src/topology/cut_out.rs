@@ -9,33 +9,62 @@ use crate::tags::{Creasing, INFINITE_SHARPNESS};
 /// Reusable memory of [`Topology::surroundings`]: which vertices and faces the current walk has met.
 #[derive(Default)]
 pub(crate) struct Walk {
-    vertex_slot: Stamps,
-    face_slot: Stamps,
+    vertex_slot: Slots,
+    face_slot: Slots,
 }
 
-/// An array of slots that is cleared in no time.
+/// Slots by number: a hash table as large as what one walk meets, not as the mesh, and cleared in no time.
 #[derive(Default)]
-struct Stamps {
+struct Slots {
     round: u32,
-    slot: Vec<(u32, u32)>,
+    count: usize,
+    /// Number, round and slot; entries of earlier rounds are empty. A power of two, at most half of them in use.
+    entries: Vec<(u32, u32, u32)>,
 }
 
-impl Stamps {
-    fn clear(&mut self, len: usize) {
-        if self.slot.len() < len || self.round == u32::MAX {
-            self.slot = vec![(0, 0); len];
+impl Slots {
+    fn clear(&mut self) {
+        if self.entries.is_empty() || self.round == u32::MAX {
+            self.entries = vec![(0, 0, 0); self.entries.len().max(256)];
             self.round = 0;
         }
         self.round += 1;
+        self.count = 0;
     }
 
+    /// Where number `i` is, or would be.
+    #[inline]
+    fn place(&self, i: u32) -> usize {
+        let mask = self.entries.len() - 1;
+        let mut at = (i.wrapping_mul(0x9e37_79b9) >> 16) as usize ^ i as usize;
+        loop {
+            at &= mask;
+            let (number, round, _) = self.entries[at];
+            if round != self.round || number == i {
+                return at;
+            }
+            at += 1;
+        }
+    }
+
+    #[inline]
     fn get(&self, i: u32) -> Option<u32> {
-        let (round, slot) = self.slot[i as usize];
+        let (_, round, slot) = self.entries[self.place(i)];
         (round == self.round).then_some(slot)
     }
 
+    #[inline]
     fn set(&mut self, i: u32, slot: u32) {
-        self.slot[i as usize] = (self.round, slot);
+        if 2 * self.count >= self.entries.len() {
+            let all = vec![(0, 0, 0); 2 * self.entries.len()];
+            for (i, _, slot) in std::mem::replace(&mut self.entries, all).into_iter().filter(|e| e.1 == self.round) {
+                let at = self.place(i);
+                self.entries[at] = (i, self.round, slot);
+            }
+        }
+        let at = self.place(i);
+        self.count += usize::from(self.entries[at].1 != self.round);
+        self.entries[at] = (i, self.round, slot);
     }
 }
 
@@ -86,8 +115,8 @@ pub(crate) trait Around: Tables {
         out.ring.clear();
         out.faces.clear();
         out.key.clear();
-        walk.vertex_slot.clear(self.vertex_count());
-        walk.face_slot.clear(self.face_count());
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
         let corner = |i: usize| self.half_edge(face, (start + i) % sides);
         self.visit(corner(0), walk, out);
         for i in 0..sides {

@@ -1,7 +1,9 @@
 //! Cuts the surroundings of a face out of a mesh, as a topology of their own, into memory that is used again.
 
 use super::cut_out::Around;
-use super::{EdgeFlags, Edits, Interpolation, NONE, Surroundings, Tables, Topology, Walk, lowered};
+use super::{
+    EdgeFlags, Edits, FaceOf, Interpolation, NONE, SharpnessColumn, Surroundings, Tables, Topology, Walk, lowered,
+};
 use crate::index::{Face, HalfEdge, Vertex};
 use crate::sharpness::edge_half;
 use crate::tags::{INFINITE_SHARPNESS, Rules};
@@ -48,14 +50,13 @@ impl Cutter {
     /// Half-edges in their new order, each face from its walk's first corner on.
     fn faces(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
         let Self { cut, half_edges, .. } = self;
-        let lists = [&mut *half_edges, &mut cut.face_offset, &mut cut.face, &mut cut.origin, &mut cut.twin];
+        let lists = [&mut *half_edges, &mut cut.face_offset, &mut cut.origin, &mut cut.twin];
         lists.into_iter().for_each(Vec::clear);
         cut.face_offset.push(0);
-        for (f, &h) in around.faces.iter().enumerate() {
+        for &h in &around.faces {
             let mut at = HalfEdge(h);
             loop {
                 half_edges.push(at.0);
-                cut.face.push(f as u32);
                 cut.origin.push(walk.vertex(t.origin(at)).unwrap_or(NONE));
                 at = t.next(at);
                 if at.0 == h {
@@ -64,6 +65,7 @@ impl Cutter {
             }
             cut.face_offset.push(half_edges.len() as u32);
         }
+        cut.face.refill(&cut.face_offset);
         // A half-edge of a face in the list lies as far behind the face's listed one as it does in the whole.
         let new = |h: HalfEdge| {
             let face = t.face(h);
@@ -135,7 +137,7 @@ impl Cutter {
         cut.vertex_non_manifold.clear();
         cut.vertex_non_manifold.extend(ring().map(|v| t.is_non_manifold_vertex(v)));
         cut.vertex_sharpness.clear();
-        cut.vertex_sharpness.extend(ring().map(|v| lowered(t.vertex_sharpness(v), around.raise)));
+        ring().for_each(|v| cut.vertex_sharpness.push(lowered(t.vertex_sharpness(v), around.raise)));
         cut.foreign_sharpness.clear();
         cut.across_seam.clear();
         for (i, v) in ring().enumerate().take(own_corners(cut) as usize) {
@@ -165,16 +167,16 @@ fn empty() -> Topology {
         vertex_count: 0,
         face_offset: Vec::new(),
         origin: Vec::new(),
-        face: Vec::new(),
+        face: FaceOf::Quads,
         edge: Vec::new(),
         twin: Vec::new(),
         edge_vertices: Vec::new(),
         edge_half_edge: Vec::new(),
         edge_flags: Vec::new(),
-        edge_sharpness: Vec::new(),
+        edge_sharpness: SharpnessColumn::smooth(0),
         vertex_half_edge: Vec::new(),
         vertex_non_manifold: Vec::new(),
-        vertex_sharpness: Vec::new(),
+        vertex_sharpness: SharpnessColumn::smooth(0),
         sharp_offset: Vec::new(),
         sharp_edges: Vec::new(),
         hole: Vec::new(),

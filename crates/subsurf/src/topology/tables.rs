@@ -63,7 +63,7 @@ impl Tables for Topology {
     }
     #[inline]
     fn face(&self, h: HalfEdge) -> Face {
-        Face(self.face[h.index()])
+        Face(self.face.get(h.0))
     }
     #[inline]
     fn origin(&self, h: HalfEdge) -> Vertex {
@@ -93,10 +93,10 @@ impl Tables for Topology {
         self.edge_flags[e.index()]
     }
     fn edge_sharpness(&self, e: Edge) -> f64 {
-        self.edge_sharpness[e.index()]
+        self.edge_sharpness.get(e.index())
     }
     fn vertex_sharpness(&self, v: Vertex) -> f64 {
-        self.vertex_sharpness[v.index()]
+        self.vertex_sharpness.get(v.index())
     }
     fn is_non_manifold_vertex(&self, v: Vertex) -> bool {
         self.vertex_non_manifold[v.index()]
