@@ -8,6 +8,7 @@ pub mod dump_channels;
 pub mod dump_limits;
 pub mod dump_reference;
 pub mod opensubdiv;
+pub mod performance;
 pub mod random_shapes;
 pub mod shape;
 

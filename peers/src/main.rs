@@ -2,7 +2,7 @@
 
 use peers::opensubdiv::{self, VertexOrder};
 use peers::shape::Shape;
-use peers::{compare_adaptive, compare_refine, conformance, dump_reference, shapes_folder};
+use peers::{compare_adaptive, compare_refine, conformance, dump_reference, performance, shapes_folder};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -18,6 +18,7 @@ const USAGE: &str = "usage:
   peers compare-ptex                       Ptex numbers and neighbours
   peers dump-adaptive OUT_FILE             OpenSubdiv's adaptive counts and Ptex neighbours, for the core's tests
   peers dump-reference OUT_DIR             OpenSubdiv's refinement of the regression shapes, for the core's tests
+  peers performance [OPTIONS]              ours timed beside all others; --help lists the options
   peers show FILE.obj LEVEL                OpenSubdiv's faces, edges and vertices of one level as text
 Levels are 15 at most.";
 
@@ -50,6 +51,12 @@ fn run(words: &[&str]) -> Result<(), String> {
         ["compare-ptex"] => compare_adaptive::ptex(&shapes_folder()),
         ["dump-adaptive", out] => compare_adaptive::dump(&shapes_folder(), Path::new(out)),
         ["dump-reference", out] => dump_reference::run(&shapes_folder(), Path::new(out)),
+        ["performance", "--help"] => {
+            println!("{}", performance::USAGE);
+            Ok(())
+        }
+        ["performance", options @ ..] => performance::run(options),
+        ["performance-part", part @ ..] => performance::run_part(part),
         ["show", file, level] => show(file, number(level)?),
         _ => Err(USAGE.to_string()),
     }

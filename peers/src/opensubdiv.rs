@@ -10,7 +10,7 @@ pub use face_varying::{ChannelLevel, limit_channel, refine_channel, takes_one_va
 pub use surface::{Approximation, EndCap, Jet, Sample, eval, eval_patches};
 
 use crate::shape::Shape;
-pub(crate) use refiner::{PeerRefiner, Refiner};
+pub(crate) use refiner::{CShape, PeerRefiner, PeerShape, Refiner, or_error};
 use std::ffi::c_int;
 
 unsafe extern "C" {

@@ -8,7 +8,7 @@
 //!
 //! 1. [`ControlMesh`]: faces, and [`Tags`] (creases, corners, holes, rules). Checked once, in the constructor.
 //! 2. [`Topology`]: half-edge tables, built in linear time.
-//! 3. [`Level`]: classical refinement, level by level, in OpenSubdiv's order.
+//! 3. [`Level`]: classical refinement, level by level, in OpenSubdiv's order; [`UniformRefinement`]: a deep level at once.
 //! 4. [`PatchTable`]: for every face a plan and a ring of control points; once per connectivity.
 //! 5. [`LimitSurface`]: a table with positions (or any attribute); once per frame. Evaluates a [`Location`] to a [`Jet`].
 //! 6. [`Tessellation`]: the limit surface as a watertight mesh.
@@ -45,7 +45,9 @@
 
 mod adaptive;
 mod channel;
+mod edit;
 mod index;
+mod kernel;
 mod limit;
 mod mask;
 mod mesh;
@@ -66,14 +68,16 @@ pub use adaptive::{
     AdaptiveError, AdaptiveKind, AdaptiveOptions, AdaptivePatch, AdaptiveRefinement, AdaptiveSize, MAX_ISOLATION,
 };
 pub use channel::{Channel, ChannelError};
+pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{
-    Curvature, Derivatives, Jet, LimitSurface, Location, Method, PatchKind, PatchTable, Spectrum, TableSize,
+    Curvature, Derivatives, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind, PatchTable,
+    Spectrum, TableSize,
 };
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
-pub use refine::Level;
+pub use refine::{Level, UniformRefinement};
 pub use scheme::Scheme;
 pub use shading::{Averaging, Blend, NormalField, Power, ShadingError, ShadingNormals, ShadingOptions};
 pub use stencil::{
@@ -81,7 +85,7 @@ pub use stencil::{
 };
 pub use tags::{Boundary, Corner, Crease, Creasing, FaceVarying, INFINITE_SHARPNESS, Rules, Tags, Triangles};
 pub use tessellate::{
-    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation,
+    FINEST, Facets, Places, Rates, TessellateError, TessellateOptions, TessellatedChannel, Tessellation, Tessellator,
 };
 pub use topology::Topology;
 pub use triangulate::Triangulated;

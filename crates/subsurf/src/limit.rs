@@ -1,5 +1,6 @@
 //! The limit surface, exactly: at any location, for any attribute.
 
+mod batch;
 mod box_spline;
 mod bspline;
 mod corner;
@@ -7,6 +8,7 @@ mod deflated;
 mod eigen;
 mod gather;
 mod jet;
+mod lanes;
 mod level;
 mod linear_boundary;
 mod local_step;
@@ -24,10 +26,12 @@ mod triangle_crease;
 mod triangle_points;
 mod turn;
 
+pub use batch::{Exceptional, LimitPatch};
 pub(crate) use bspline::cubic;
 pub(crate) use jet::unit_normal;
 pub use jet::{Curvature, Derivatives, Jet, Location};
 pub(crate) use local_step::child_vertex;
+pub(crate) use patch_table::Known;
 pub use patch_table::{PatchTable, TableSize};
 pub use plan::PatchKind;
 pub(crate) use plan_key::KeyHasher;
@@ -85,18 +89,37 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn position(&self, at: Location) -> Option<[f64; N]> {
-        let (patch, weights) = self.weights(at, 1)?;
+        let patch = self.table.checked_patch(at);
+        let plan = self.table.plan(self.table.patch_plan(patch)?);
+        if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
+            let [position] = self.piece_jet(patch, plan, &spot, at);
+            return Some(position);
+        }
+        let weights = plan.weights(at.u, at.v, self.table.turn(patch), 1);
         Some(self.apply(patch, &weights.rows[0], true))
     }
 
-    fn weights(&self, at: Location, count: usize) -> Option<(usize, RingWeights)> {
-        let patch = self.table.checked_patch(at);
-        let plan = self.table.patch_plan(patch)?;
-        Some((patch, self.table.plan(plan).weights(at.u, at.v, self.table.turn(patch), count)))
-    }
-
     fn jet(&self, at: Location, count: usize) -> Option<Jet<N>> {
-        let (patch, weights) = self.weights(at, count)?;
+        let patch = self.table.checked_patch(at);
+        let plan = self.table.plan(self.table.patch_plan(patch)?);
+        if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
+            let finite = |[position, du, dv]: [[f64; N]; 3], second| Jet {
+                position,
+                du,
+                dv,
+                second,
+                derivatives: Derivatives::Finite,
+                plane: Some([du, dv]),
+                unique_plane: true,
+            };
+            return Some(if count > 3 {
+                let [position, du, dv, uu, uv, vv] = self.piece_jet(patch, plan, &spot, at);
+                finite([position, du, dv], Some([uu, uv, vv]))
+            } else {
+                finite(self.piece_jet(patch, plan, &spot, at), None)
+            });
+        }
+        let weights = plan.weights(at.u, at.v, self.table.turn(patch), count);
         let row = |k: usize| self.apply(patch, &weights.rows[k], k == 0);
         let (position, du, dv) = (row(0), row(1), row(2));
         let (derivatives, plane, unique_plane) = match &weights.at_vertex {

@@ -1,5 +1,8 @@
 //! The two precisions of values. Weights are computed in `f64`; values are stored in what the caller chose.
 
+use crate::kernel::Lanes;
+use std::ops::{Add, Mul, Sub};
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
@@ -7,7 +10,20 @@ mod sealed {
 }
 
 /// `f32` or `f64`.
-pub trait Real: sealed::Sealed + Copy + Send + Sync + PartialOrd + std::fmt::Debug + Default + 'static {
+pub trait Real:
+    sealed::Sealed
+    + Lanes
+    + Copy
+    + Send
+    + Sync
+    + PartialOrd
+    + std::fmt::Debug
+    + Default
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + 'static
+{
     /// Rounds to this precision.
     fn from_f64(x: f64) -> Self;
     /// Exact.

@@ -5,9 +5,22 @@
 //! for every parent edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent,
 //! corner by corner, and under Loop the middle one last.
 
+mod compose;
+mod face_rings;
+mod next_level;
+mod numbering;
+mod plain;
 mod quad_split;
+mod scatter;
 mod split;
+mod tile_trees;
 mod tri_split;
+mod uniform;
+mod values;
+
+pub use uniform::UniformRefinement;
+
+pub(crate) use next_level::NextLevel;
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};

@@ -16,14 +16,22 @@ mod build;
 mod channel;
 mod check;
 mod cut_out;
+mod cutter;
 mod face_of;
 mod matching;
+mod raise;
 mod sharpness_column;
+mod splice;
+mod tables;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
-pub(crate) use cut_out::{Surroundings, Walk};
+pub(crate) use cut_out::{Around, Surroundings, Walk};
+pub(crate) use cutter::Cutter;
 pub(crate) use face_of::FaceOf;
+pub(crate) use raise::{excess, lowered, lowest_semi_sharpness};
 pub(crate) use sharpness_column::SharpnessColumn;
+pub(crate) use splice::{Edits, Piece};
+pub(crate) use tables::Tables;
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};
@@ -78,6 +86,8 @@ pub struct Topology {
     /// By edge and end: sharpness of the edge's half there, one level down. Only where a table holds a cut-out of a mesh,
     /// creasing is Chaikin's, and other edges at that end, which this table does not hold, have a say.
     pub(crate) far_half: BTreeMap<(u32, u32), f64>,
+    /// What edits left behind.
+    pub(crate) edits: Edits,
 }
 
 impl Topology {
@@ -273,6 +283,9 @@ impl Topology {
     /// The sharp edges at a vertex, ascending.
     #[inline]
     pub(crate) fn sharp_edges(&self, v: Vertex) -> &[u32] {
+        if let Some(list) = self.edits.sharp_edges(v.0) {
+            return list;
+        }
         &self.sharp_edges[self.sharp_offset[v.index()] as usize..self.sharp_offset[v.index() + 1] as usize]
     }
 
@@ -300,31 +313,30 @@ impl Topology {
 
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
     pub(crate) fn index_sharp_edges(&mut self) {
-        let mut offset = vec![0u32; self.vertex_count + 1];
-        let edges = || self.edge_sharpness.sharp();
+        let Self { edge_vertices, edge_sharpness, sharp_offset: offset, sharp_edges: list, .. } = self;
+        let edges = || edge_sharpness.sharp();
         // A degenerate edge (both ends equal) is listed once.
         let ends = |e: usize| {
-            let [a, b] = self.edge_vertices[e];
+            let [a, b] = edge_vertices[e];
             std::iter::once(a).chain((b != a).then_some(b))
         };
-        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 1] += 1));
-        if edges().next().is_none() {
-            (self.sharp_offset, self.sharp_edges) = (offset, Vec::new());
-            return;
+        // Counted two places further, so that filling moves every start to where it belongs.
+        offset.clear();
+        offset.resize(self.vertex_count + 2, 0);
+        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 2] += 1));
+        for v in 2..offset.len() {
+            offset[v] += offset[v - 1];
         }
-        for v in 0..self.vertex_count {
-            offset[v + 1] += offset[v];
-        }
-        let mut fill = offset.clone();
-        let mut list = vec![0u32; offset[self.vertex_count] as usize];
+        list.clear();
+        list.resize(offset[self.vertex_count + 1] as usize, 0);
         for e in edges() {
             for v in ends(e) {
-                list[fill[v as usize] as usize] = e as u32;
-                fill[v as usize] += 1;
+                let slot = &mut offset[v as usize + 1];
+                list[*slot as usize] = e as u32;
+                *slot += 1;
             }
         }
-        self.sharp_offset = offset;
-        self.sharp_edges = list;
+        offset.pop();
     }
 
     /// Heap memory of the tables in bytes; the maps are left out, which are empty but for odd meshes.
@@ -336,7 +348,7 @@ impl Topology {
             + size_of::<EdgeFlags>() * self.edge_flags.capacity()
             + self.edge_sharpness.bytes();
         let vertices = self.vertex_non_manifold.capacity() + self.vertex_sharpness.bytes();
-        numbers + edges + vertices + self.face.bytes() + self.hole.capacity()
+        numbers + edges + vertices + self.face.bytes() + self.hole.capacity() + self.edits.bytes()
     }
 
     /// True where the edge is infinitely sharp.

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use subsurf::{Boundary, Creasing, FaceVarying, Triangles};
 
 #[repr(C)]
-pub(super) struct PeerShape {
+pub(crate) struct PeerShape {
     vertex_count: c_int,
     face_count: c_int,
     counts: *const c_int,
@@ -71,15 +71,15 @@ unsafe extern "C" {
 }
 
 /// A shape with its lists in C's integers, which must outlive what points at them.
-pub(super) struct CShape<'a> {
-    pub(super) peer: PeerShape,
+pub(crate) struct CShape<'a> {
+    pub(crate) peer: PeerShape,
     _lists: [Vec<c_int>; 6],
     _sharpness: [Vec<f32>; 2],
     _shape: PhantomData<&'a Shape>,
 }
 
 impl<'a> CShape<'a> {
-    pub(super) fn new(shape: &'a Shape) -> Self {
+    pub(crate) fn new(shape: &'a Shape) -> Self {
         let ints = |values: &[u32]| -> Vec<c_int> { values.iter().map(|&v| v as c_int).collect() };
         let (counts, indices, holes) = (ints(&shape.counts), ints(&shape.indices), ints(&shape.tags.holes));
         let total: u32 = shape.counts.iter().sum();
@@ -144,7 +144,7 @@ impl<'a> CShape<'a> {
 }
 
 /// Runs `call` with room for an error text, which becomes the error where `call` returns none.
-pub(super) fn or_error<T>(shape: &Shape, call: impl FnOnce(*mut c_char, c_int) -> Option<T>) -> Result<T, String> {
+pub(crate) fn or_error<T>(shape: &Shape, call: impl FnOnce(*mut c_char, c_int) -> Option<T>) -> Result<T, String> {
     let mut error = [0 as c_char; 1000];
     call(error.as_mut_ptr(), error.len() as c_int).ok_or_else(|| {
         // SAFETY: the shim terminates the text.

@@ -11,6 +11,9 @@
 //!        u=-1    0     1     2
 //! ```
 
+use super::bspline::ORDERS;
+use std::sync::LazyLock;
+
 /// `(c, i, j, k)`: `c w^i u^j v^k / 12` with `w = 1 - u - v`, for each of the 12 basis functions.
 const TERMS: [&[(f64, u8, u8, u8)]; 12] = [
     &[(1.0, 4, 0, 0), (2.0, 3, 1, 0)],
@@ -130,6 +133,69 @@ pub(crate) fn some_of_basis(some: &[usize], u: f64, v: f64, count: usize) -> [[f
     out
 }
 
+/// Where the powers of [`POLYNOMIALS`] are centred, so that they stay small all over the triangle.
+pub(crate) const CENTRE: f64 = 1.0 / 3.0;
+
+/// Number of powers `x^p y^q` up to the fourth degree.
+pub(crate) const POWERS: usize = 15;
+
+/// Exponents of the powers, by rising p: 1, y .. y⁴, x, xy .. xy³, x², ..
+pub(crate) const EXPONENTS: [(usize, usize); POWERS] = {
+    let mut all = [(0, 0); POWERS];
+    let (mut k, mut p) = (0, 0);
+    while p <= 4 {
+        let mut q = 0;
+        while p + q <= 4 {
+            all[k] = (p, q);
+            k += 1;
+            q += 1;
+        }
+        p += 1;
+    }
+    all
+};
+
+/// The basis functions as polynomials in `x = u - 1/3` and `y = v - 1/3`: coefficient of every power in every function.
+pub(crate) static POLYNOMIALS: LazyLock<[[f64; 12]; POWERS]> = LazyLock::new(|| {
+    let mut out = [[0.0; 12]; POWERS];
+    let factors = [[CENTRE, -1.0, -1.0], [CENTRE, 1.0, 0.0], [CENTRE, 0.0, 1.0]];
+    for (function, terms) in TERMS.iter().enumerate() {
+        for &(c, i, j, k) in *terms {
+            // One factor after the other: constant, x and y times what is there.
+            let mut product = [[0.0; 6]; 6];
+            product[0][0] = c / 12.0;
+            for (factor, times) in factors.iter().zip([i, j, k]) {
+                for _ in 0..times {
+                    for p in (0..=4).rev() {
+                        for q in (0..=4 - p).rev() {
+                            let before = product[p][q];
+                            product[p + 1][q] += factor[1] * before;
+                            product[p][q + 1] += factor[2] * before;
+                            product[p][q] = factor[0] * before;
+                        }
+                    }
+                }
+            }
+            for (row, &(p, q)) in out.iter_mut().zip(&EXPONENTS) {
+                row[function] += product[p][q];
+            }
+        }
+    }
+    out
+});
+
+/// The powers at `(x, y)`, and their derivatives: the first `count` entries of [`ORDERS`](super::bspline::ORDERS).
+pub(crate) fn powers_at(x: f64, y: f64, count: usize) -> [[f64; 16]; 6] {
+    let mut out = [[0.0; 16]; 6];
+    let (x, y) = (powers(x), powers(y));
+    for (row, &(i, j)) in out.iter_mut().zip(&ORDERS).take(count) {
+        for (k, &(p, q)) in EXPONENTS.iter().enumerate() {
+            row[k] = x[p][i] * y[q][j];
+        }
+    }
+    out
+}
+
 /// Adds function `k` from the powers of `w`, `u`, `v`.
 fn add_function(k: usize, [w, u, v]: &[[[f64; 3]; 5]; 3], count: usize, out: &mut [[f64; 16]; 6]) {
     for &(c, i, j, l) in TERMS[k] {
@@ -186,6 +252,19 @@ mod tests {
                     assert!((sum(2, &|p| p[axis]) - f[axis]).abs() < 1e-13);
                     (3..6).for_each(|row| assert!(sum(row, &|p| p[axis]).abs() < 1e-12));
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn polynomials_are_the_basis() {
+        for (u, v) in [(0.2, 0.3), (0.1, 0.7), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+            let basis = basis(u, v, 1)[0];
+            for k in 0..12 {
+                let power = |(p, q): (usize, usize)| (u - CENTRE).powi(p as i32) * (v - CENTRE).powi(q as i32);
+                let sum: f64 = POLYNOMIALS.iter().zip(EXPONENTS).map(|(row, e)| row[k] * power(e)).sum();
+                // Fifteen terms of size below 1.
+                assert!((sum - basis[k]).abs() < 2e-15, "function {k} at {u}, {v}");
             }
         }
     }

@@ -7,14 +7,19 @@
 //!   v=-1   0    1    2    3        (1,1) near 10, (0,1) near 9
 //! ```
 
+use crate::real::Real;
+
 /// Weights of position, first and second derivative at `t` in `[0, 1]` over four consecutive control points.
-pub(crate) fn cubic(t: f64) -> [[f64; 4]; 3] {
-    let s = 1.0 - t;
+#[inline(always)]
+pub(crate) fn cubic<T: Real>(t: T) -> [[T; 4]; 3] {
+    let [sixth, half, two_thirds, one, three_halves, two, three] =
+        [1.0 / 6.0, 0.5, 2.0 / 3.0, 1.0, 1.5, 2.0, 3.0].map(T::from_f64);
+    let s = one - t;
     let (t2, s2) = (t * t, s * s);
     [
-        [s * s2 / 6.0, 2.0 / 3.0 + t2 * (0.5 * t - 1.0), 2.0 / 3.0 + s2 * (0.5 * s - 1.0), t * t2 / 6.0],
-        [-0.5 * s2, t * (1.5 * t - 2.0), s * (2.0 - 1.5 * s), 0.5 * t2],
-        [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t],
+        [s * s2 * sixth, two_thirds + t2 * (half * t - one), two_thirds + s2 * (half * s - one), t * t2 * sixth],
+        [T::from_f64(-0.5) * s2, t * (three_halves * t - two), s * (two - three_halves * s), half * t2],
+        [s, three * t - two, three * s - two, t],
     ]
 }
 

@@ -4,7 +4,8 @@
 
 use super::gather::Gathered;
 pub(super) use super::gather::Start;
-use super::plan::{PatchKind, Plan, Plans, SpecialVertices};
+use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices};
+use super::plan_key::Keys;
 use super::special::Method;
 use crate::index::{Face, HalfEdge};
 use crate::limit::{LimitSurface, Location};
@@ -13,6 +14,7 @@ use crate::real::Real;
 use crate::refine::scheme_topology;
 use crate::scheme::{Scheme, SplitKind};
 use crate::topology::{NONE, Topology};
+use std::collections::BTreeMap;
 
 /// For every face of a mesh, where its limit comes from: a plan, shared by all faces with equal surroundings, and the
 /// ring of control points that the plan's weights are for.
@@ -27,8 +29,16 @@ pub struct PatchTable {
     /// Where the ring of every patch starts in `ring`; its plan says how long it is.
     ring_start: Vec<u32>,
     ring: Vec<u32>,
+    /// Rings of patches that edits made anew.
+    edited_rings: BTreeMap<u32, Vec<u32>>,
     plans: Plans,
     specials: SpecialVertices,
+}
+
+/// Numbers of plans and nodes by their keys.
+pub(crate) struct Known {
+    plans: Keys,
+    nodes: Numbers,
 }
 
 /// Figures about a table.
@@ -78,10 +88,11 @@ impl PatchTable {
     /// # Errors
     /// As [`PatchTable::new`].
     pub fn from_topology(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
-        rayon::scope(|_| Self::gathered(topology, scheme, method))
+        rayon::scope(|_| Self::with_known(topology, scheme, method)).map(|(table, _)| table)
     }
 
-    fn gathered(topology: Topology, scheme: Scheme, method: Method) -> Result<Self, MeshError> {
+    /// The table, and what to know of it to add to it.
+    pub(crate) fn with_known(topology: Topology, scheme: Scheme, method: Method) -> Result<(Self, Known), MeshError> {
         let faces = topology.face_count();
         let whole = scheme.patch_sides();
         if scheme.split() == SplitKind::Triangles
@@ -99,8 +110,10 @@ impl PatchTable {
         }
         let specials = SpecialVertices::new(method);
         let gathered = Gathered::new(&topology, whole, &face_patch)?;
-        let plans = Plans::compile(&topology, &gathered.representatives, gathered.known, scheme, &specials);
-        Ok(Self {
+        let mut plans = Plans::empty(scheme);
+        let mut nodes = Numbers::default();
+        plans.add(&topology, &gathered.representatives, scheme, &specials, &mut nodes);
+        let table = Self {
             topology,
             scheme,
             face_patch,
@@ -108,9 +121,11 @@ impl PatchTable {
             patch_turn: gathered.patch_turn,
             ring_start: gathered.ring_start,
             ring: gathered.ring,
+            edited_rings: BTreeMap::new(),
             plans,
             specials,
-        })
+        };
+        Ok((table, Known { plans: gathered.known, nodes }))
     }
 
     /// The surface of this table with these control points, one row per vertex of the mesh.
@@ -209,6 +224,11 @@ impl PatchTable {
 
     /// The control points that a patch's weights are for.
     pub(crate) fn ring(&self, patch: usize) -> &[u32] {
+        if !self.edited_rings.is_empty()
+            && let Some(ring) = self.edited_rings.get(&(patch as u32))
+        {
+            return ring;
+        }
         let Some(plan) = self.patch_plan(patch) else { return &[] };
         let start = self.ring_start[patch] as usize;
         &self.ring[start..start + self.plan(plan).ring()]
@@ -230,9 +250,12 @@ impl PatchTable {
                 .into_iter()
                 .map(|list| size_of::<u32>() * list.capacity())
                 .sum::<usize>()
-                + self.patch_turn.capacity(),
+                + self.patch_turn.capacity()
+                + self.edited_rings.values().map(|ring| 32 + 4 * ring.len()).sum::<usize>(),
             plan_bytes: self.plans.bytes() + specials.iter().map(|s| s.bytes()).sum::<usize>(),
             topology_bytes: t.bytes(),
         }
     }
 }
+
+mod rebuild;

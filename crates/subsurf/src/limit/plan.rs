@@ -4,11 +4,19 @@
 //! its closed form; under Loop a quartic patch or a special vertex, with any semi-sharp creases on top), or is split into
 //! four children by one step of explicit refinement. A child is a node again, with its points as sparse rows over those of
 //! its parent; children with equal surroundings are one node, whoever their parents are. So what a crease of sharpness s
-//! needs beyond its first levels is made once for a whole mesh, and plans are at most `⌈sharpness⌉ + 2` nodes deep: each
-//! level takes one from every finite sharpness, makes all faces quads, and parts special vertices. Only along boundaries
-//! that are kept linear does a node lead back to itself.
+//! needs beyond its first levels is made once for a whole mesh, and ways down are at most `⌈sharpness⌉ + 2` nodes long:
+//! each level takes one from every finite sharpness, makes all faces quads, and parts special vertices. Only along
+//! boundaries that are kept linear are they longer.
+//!
+//! Finite sharpness counts up to a whole number only, the *raise* (see `topology/raise.rs`): a node stands for all its
+//! raises, a plan is a node with a raise, and the way down takes one from the raise at every level. So the end of a crease
+//! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod patterns;
+mod sub_patches;
+
+pub(super) use compile::Numbers;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
@@ -22,6 +30,7 @@ use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triang
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
+pub(crate) use sub_patches::{ControlPoints, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
@@ -67,12 +76,20 @@ pub enum PatchKind {
     Special,
 }
 
-/// The plans of a mesh: nodes, of which the first are those of its faces.
+/// The plans of a mesh, and the nodes that they share.
 pub(crate) struct Plans {
     split: SplitKind,
     nodes: Vec<Node>,
-    /// Number of nodes that are plans of faces.
-    plans: usize,
+    plans: Vec<Link>,
+    /// What fast evaluation tabulates of them.
+    parts: SubPatches,
+}
+
+/// A node, and by how much all finite sharpness there is higher than in the node.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+struct Link {
+    node: u32,
+    raise: u8,
 }
 
 struct Node {
@@ -97,7 +114,8 @@ struct Split {
 }
 
 struct Child {
-    node: u32,
+    /// Where to go from the node as it is, and from the node raised by 1. Every further raise is passed on.
+    links: [Link; 2],
     /// Which corner of the child is the node's corner 0.
     turn: u8,
     /// The child's control points among the refined points.
@@ -121,7 +139,11 @@ enum LeafShape {
     /// [`box_spline`](super::box_spline).
     Regular,
     /// Sixteen points turned so that the crease runs along v = 1, between corners `turn + 2` and `turn + 3`.
-    SingleCrease { turn: u8, sharpness: f64 },
+    SingleCrease {
+        turn: u8,
+        /// To which the raise is to be added.
+        sharpness: f64,
+    },
     /// Points of a special vertex at corner `turn`.
     Special { turn: u8, vertex: Arc<SpecialVertex> },
 }
@@ -129,17 +151,16 @@ enum LeafShape {
 impl Plans {
     /// Number of plans of faces.
     pub fn len(&self) -> usize {
-        self.plans
+        self.plans.len()
     }
 
-    /// Number of nodes, those of plans included.
+    /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
     pub fn get(&self, plan: usize) -> Plan<'_> {
-        debug_assert!(plan < self.plans);
-        Plan { plans: self, node: plan as u32 }
+        Plan { plans: self, number: plan, start: self.plans[plan] }
     }
 
     /// Heap memory in bytes, shared special vertices left out.
@@ -152,7 +173,7 @@ impl Plans {
                 size_of::<Split>() + split.points.bytes() + split.children.iter().map(child).sum::<usize>() + ends
             }
         };
-        self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..])
+        self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..]) + size_of_val(&self.plans[..])
     }
 }
 
@@ -164,6 +185,8 @@ struct Place {
     /// Which corner of the face is the node's corner 0.
     turn: u8,
     depth: u32,
+    /// Of the node.
+    raise: u8,
     /// Parameters here per face parameter; negative in triangles that are turned upside down.
     speed: f64,
 }
@@ -218,7 +241,8 @@ enum End<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Plan<'a> {
     plans: &'a Plans,
-    node: u32,
+    number: usize,
+    start: Link,
 }
 
 /// Nodes on a way from which on derivative weights are cleared of what rounding adds to their sum, which would double with
@@ -227,7 +251,7 @@ const LONG: usize = 16;
 
 impl<'a> Plan<'a> {
     fn root(self) -> &'a Node {
-        &self.plans.nodes[self.node as usize]
+        &self.plans.nodes[self.start.node as usize]
     }
 
     /// Number of control points of the ring.
@@ -245,7 +269,7 @@ impl<'a> Plan<'a> {
         mut visit: impl FnMut(&'a Node, &'a Split, &'a Child),
     ) -> (End<'a>, Place, &'a Node) {
         let kind = self.plans.split;
-        let mut at = Place { u, v, turn, depth: 0, speed: 1.0 };
+        let mut at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
         let mut node = self.root();
         loop {
             let split = match &node.body {
@@ -268,7 +292,9 @@ impl<'a> Plan<'a> {
             };
             visit(node, split, child);
             at.turn = (at.turn + child.turn) % corners(kind) as u8;
-            node = &self.plans.nodes[child.node as usize];
+            let link = child.link(at.raise);
+            at.raise = link.raise;
+            node = &self.plans.nodes[link.node as usize];
         }
     }
 
@@ -329,6 +355,16 @@ impl<'a> Plan<'a> {
     }
 }
 
+impl Child {
+    /// Where a node that is raised by `raise` leads to.
+    fn link(&self, raise: u8) -> Link {
+        match (self.links, raise) {
+            ([low, _], 0) => low,
+            ([_, Link { node, raise: gain }], _) => Link { node, raise: raise - 1 + gain },
+        }
+    }
+}
+
 impl Leaf {
     /// Weights over the leaf's points.
     fn weights(&self, split: SplitKind, at: Place, count: usize) -> PointWeights {
@@ -351,7 +387,7 @@ impl Leaf {
                 let (a, _) = at.turned(split, turn);
                 // The distance from the crease, exact next to it.
                 let (_, distance) = at.turned(split, (turn + 2) % 4);
-                let across = single_crease::curve(distance, *sharpness);
+                let across = single_crease::curve(distance, sharpness + f64::from(at.raise));
                 (dense(tensor(&cubic(a), &across, count), count, 16), turn)
             }
             LeafShape::Special { turn, vertex } => {
@@ -364,7 +400,7 @@ impl Leaf {
         for crease in &self.creases {
             let turn = total(crease.turn);
             let (a, b) = at.turned(split, turn);
-            let rows = crease.weights(a, b, count);
+            let rows = crease.weights(a, b, at.raise, count);
             let bends = turn_back_triangle(PointWeights { rows, at_vertex: None }, turn);
             local.rows.iter_mut().zip(bends.rows).for_each(|(row, bends)| row.extend(bends));
         }

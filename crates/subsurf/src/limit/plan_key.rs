@@ -1,7 +1,7 @@
 //! Keys of plans: surroundings as lists of numbers, compared in full.
 
 use crate::index::{Face, HalfEdge};
-use crate::topology::Topology;
+use crate::topology::{Tables, excess, lowered};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -12,12 +12,13 @@ pub(super) type Key = Box<[u32]>;
 pub(super) type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
 
 /// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
-/// differ by a turn alone share a plan. Ties go to the first.
-pub(super) fn canonical_corner(t: &Topology, face: Face) -> usize {
+/// differ by a turn alone share a plan. Ties go to the first. Raising all finite sharpness by a whole number changes nothing.
+pub(super) fn canonical_corner(t: &impl Tables, face: Face) -> usize {
     let sides = t.sides(face);
     let mut sign = [0; 4];
+    let excess = excess(t, face) as i8;
     for (c, s) in sign.iter_mut().enumerate().take(sides) {
-        *s = corner_signature(t, t.half_edge(face, c));
+        *s = corner_signature(t, t.half_edge(face, c), excess);
     }
     if sign[1..sides].iter().all(|&s| s == sign[0]) {
         return 0;
@@ -30,15 +31,15 @@ pub(super) fn canonical_corner(t: &Topology, face: Face) -> usize {
     (0..sides).min_by_key(|&c| turned(c)).unwrap_or(0)
 }
 
-/// A number that is equal for corners with equal fans (and seldom equal for others).
-fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
+/// A number that is equal for corners with equal fans (and seldom equal for others), finite sharpness lowered by `excess`.
+fn corner_signature(t: &impl Tables, own: HalfEdge, excess: i8) -> u64 {
     let v = t.origin(own);
-    let sharp = t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty();
+    let sharp = t.vertex_sharpness(v) > 0.0 || t.sharp_edges(v).next().is_some();
     let mut hash = KeyHasher::default();
     let mut note = |h: HalfEdge| {
         hash.write_u32(t.sides(t.face(h)) as u32);
         if sharp {
-            hash.write_u64(t.edge_sharpness(t.edge(h)).to_bits());
+            hash.write_u64(lowered(t.edge_sharpness(t.edge(h)), excess).to_bits());
         }
     };
     let (mut left, mut right) = (0u64, 0u64);
@@ -61,7 +62,7 @@ fn corner_signature(t: &Topology, own: HalfEdge) -> u64 {
         }
     }
     if sharp {
-        hash.write_u64(t.vertex_sharpness(v).to_bits());
+        hash.write_u64(lowered(t.vertex_sharpness(v), excess).to_bits());
     }
     // Valence first, so that canonical turns put the smallest valence at the front.
     (left + right).min(0xffff) << 48 | right.min(0xff) << 40 | (hash.finish() & 0xff_ffff_ffff)

@@ -26,25 +26,38 @@ use super::bspline::cubic;
 ///
 /// Three segments: infinitely sharp up to `1 - 2^-floor(s)`, a transition up to `1 - 2^-ceil(s)`, smooth beyond.
 pub(crate) fn curve(d: f64, s: f64) -> [[f64; 4]; 3] {
+    let (k, points) = piece(s, piece_at(d, s));
+    segment(d, k, &points)
+}
+
+/// Number of the segment at distance `d`: 0, 1, 2 towards the crease.
+pub(crate) fn piece_at(d: f64, s: f64) -> usize {
+    joints(s).iter().take_while(|&&joint| d < joint).count()
+}
+
+/// Distances at which segments meet.
+pub(crate) fn joints(s: f64) -> [f64; 2] {
+    [(-s.floor()).exp2(), (-s.ceil()).exp2()]
+}
+
+/// The level `k` of a segment, and its control points there, in which the parameter is `1 - 2^k d`.
+pub(crate) fn piece(s: f64, number: usize) -> (i32, Points) {
     let (low, high) = (s.floor(), s.ceil());
     let w = s - low;
-    if d >= (-low).exp2() {
-        return segment(d, 0, &infinite());
-    }
     let at_low = sharp_steps(low as i32);
-    if d >= (-high).exp2() {
-        let sharp = compose(&infinite(), &at_low);
-        return segment(d, low as i32, &blend(1.0 - w, &at_low, w, &sharp));
+    match number {
+        0 => (0, infinite()),
+        1 => (low as i32, blend(1.0 - w, &at_low, w, &compose(&infinite(), &at_low))),
+        _ if low == high => (high as i32, at_low),
+        _ => {
+            let smooth = compose(&smooth_step(), &at_low);
+            (high as i32, blend(1.0 - w, &smooth, w, &sharp_steps(high as i32)))
+        }
     }
-    if low == high {
-        return segment(d, high as i32, &at_low);
-    }
-    let smooth = compose(&smooth_step(), &at_low);
-    segment(d, high as i32, &blend(1.0 - w, &smooth, w, &sharp_steps(high as i32)))
 }
 
 /// Four control points as combinations of the original four.
-type Points = [[f64; 4]; 4];
+pub(crate) type Points = [[f64; 4]; 4];
 
 /// Evaluates the curve with control points `points`, which are those of level `k` next to the crease.
 fn segment(d: f64, k: i32, points: &Points) -> [[f64; 4]; 3] {

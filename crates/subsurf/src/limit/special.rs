@@ -55,6 +55,20 @@ pub(crate) struct PointWeights {
     pub at_vertex: Option<AtVertex>,
 }
 
+/// The regular child of the face in which a location lies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RegularChild {
+    /// How many times the face has been halved before.
+    pub depth: u32,
+    /// Which of the three.
+    pub index: usize,
+    /// The location in the child.
+    pub u: f64,
+    pub v: f64,
+    /// -1 in a triangle that is turned upside down.
+    pub flip: f64,
+}
+
 /// What holds at a special vertex itself.
 #[derive(Clone, Debug)]
 pub(crate) struct AtVertex {
@@ -88,43 +102,73 @@ impl SpecialVertex {
         self.step.points
     }
 
-    /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) at `(a, b)`.
-    pub fn weights(&self, a: f64, b: f64, count: usize) -> PointWeights {
+    /// The regular child that holds `(a, b)`; none at the vertex itself.
+    #[inline]
+    pub fn child(&self, a: f64, b: f64) -> Option<RegularChild> {
         let big = match self.corner.split {
             SplitKind::Quads => a.max(b),
             SplitKind::Triangles => a + b,
         };
         if big <= 0.0 {
-            return self.at_vertex(count);
+            return None;
         }
-        let m = depth(big);
-        let [a, b] = [a, b].map(|x| scale_up(x, m));
-        let (child, basis, flip): (usize, _, f64) = match self.corner.split {
+        let depth = depth(big);
+        let [a, b] = [a, b].map(|x| scale_up(x, depth));
+        let (index, u, v, flip) = match self.corner.split {
             SplitKind::Quads => {
                 let (cu, cv) = (u8::from(a >= 0.5), u8::from(b >= 0.5));
-                let child = match (cu, cv) {
+                let index = match (cu, cv) {
                     (1, 0) => 0,
                     (1, _) => 1,
                     _ => 2,
                 };
-                let [u, v] = [2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv)].map(cubic);
-                (child, tensor(&u, &v, count), 1.0)
+                (index, 2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv), 1.0)
             }
-            SplitKind::Triangles => {
-                let (child, u, v, flip) = if a >= 0.5 {
-                    (0, 2.0 * a - 1.0, 2.0 * b, 1.0)
-                } else if b >= 0.5 {
-                    (1, 2.0 * a, 2.0 * b - 1.0, 1.0)
-                } else {
-                    (2, 1.0 - 2.0 * a, 1.0 - 2.0 * b, -1.0)
-                };
-                (child, box_spline::basis(u, v, count), flip)
+            SplitKind::Triangles if a >= 0.5 => (0, 2.0 * a - 1.0, 2.0 * b, 1.0),
+            SplitKind::Triangles if b >= 0.5 => (1, 2.0 * a, 2.0 * b - 1.0, 1.0),
+            SplitKind::Triangles => (2, 1.0 - 2.0 * a, 1.0 - 2.0 * b, -1.0),
+        };
+        Some(RegularChild { depth, index, u, v, flip })
+    }
+
+    /// Control points of a regular child over the canonical points, one row each: those of the position and
+    /// first derivatives, at depths above 0 relative to the limit position; with `second` those of second derivatives.
+    pub fn child_points(&self, depth: u32, index: usize, second: bool) -> Vec<Vec<f64>> {
+        let x = &self.step.x[index];
+        let point = |k: usize| {
+            let mut row = vec![0.0; self.points()];
+            x.row(k).for_each(|(c, w)| row[c as usize] = w);
+            if depth > 0 {
+                let times = if second { 2 } else { 0 };
+                let factor = self.power(depth, times, &mut row) * 2f64.powi(-times * depth as i32);
+                row.iter_mut().for_each(|w| *w *= factor);
             }
+            row
+        };
+        (0..x.len()).map(point).collect()
+    }
+
+    /// The limit position over the canonical points.
+    pub fn limit(&self) -> &[f64] {
+        &self.limit
+    }
+
+    /// True where second derivatives have control points of their own.
+    pub fn parts_second(&self) -> bool {
+        self.second.is_some()
+    }
+
+    /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) at `(a, b)`.
+    pub fn weights(&self, a: f64, b: f64, count: usize) -> PointWeights {
+        let Some(RegularChild { depth: m, index, u, v, flip }) = self.child(a, b) else { return self.at_vertex(count) };
+        let basis = match self.corner.split {
+            SplitKind::Quads => tensor(&cubic(u), &cubic(v), count),
+            SplitKind::Triangles => box_spline::basis(u, v, count),
         };
         let mut out = PointWeights::default();
         for order in 0..count {
             let mut row = vec![0.0; self.points()];
-            self.step.x[child].left_multiply(&basis[order], &mut row);
+            self.step.x[index].left_multiply(&basis[order], &mut row);
             let times = [0, 1, 1, 2, 2, 2][order];
             let factor = if m == 0 { 1.0 } else { self.power(m, times, &mut row) };
             let factor = factor * (2.0 * flip).powi(times);
@@ -211,8 +255,8 @@ fn depth(big: f64) -> u32 {
 
 /// `x · 2^m` without overflow of the power.
 fn scale_up(x: f64, m: u32) -> f64 {
-    let half = (m / 2) as i32;
-    x * 2f64.powi(half) * 2f64.powi(m as i32 - half)
+    let power = |m: u32| f64::from_bits(u64::from(1023 + m) << 52);
+    x * power(m / 2) * power(m - m / 2)
 }
 
 /// Size of the largest eigenvalue below 1; only a scale, any value within a third of it serves.

@@ -37,7 +37,7 @@ pub(crate) struct TriangleCrease {
     contact: Contact,
     /// The corner that comes first after turning.
     pub turn: u8,
-    /// In `(0, 10)`.
+    /// In `(0, 10)`, a raise left out.
     sharpness: f64,
 }
 
@@ -79,12 +79,13 @@ impl TriangleCrease {
     }
 
     /// Weights of the bends for the first `count` entries of [`ORDERS`] at `(a, b)`, parameters that see the crease along
-    /// `b = 0` or at the origin. A fraction is one step between two rules, in which the limit is linear.
-    pub fn weights(&self, a: f64, b: f64, count: usize) -> [Vec<f64>; 6] {
+    /// `b = 0` or at the origin, where the crease is sharper by `raise`. A fraction is one step between two rules, in which the limit is linear.
+    pub fn weights(&self, a: f64, b: f64, raise: u8, count: usize) -> [Vec<f64>; 6] {
         let mut rows: [Vec<f64>; 6] = Default::default();
         rows[..count].iter_mut().for_each(|row| row.resize(self.bends(), 0.0));
-        let (low, high) = (self.sharpness.floor(), self.sharpness.ceil());
-        let part = self.sharpness - low;
+        let sharpness = self.sharpness + f64::from(raise);
+        let (low, high) = (sharpness.floor(), sharpness.ceil());
+        let part = sharpness - low;
         self.add(low as i32, 1.0 - part, a, b, &mut rows[..count]);
         if part > 0.0 {
             self.add(high as i32, part, a, b, &mut rows[..count]);

@@ -104,6 +104,7 @@ impl Split {
             interpolation: t.interpolation,
             // A new vertex on an edge has no sharp edges but the edge's halves, and the child holds both.
             far_half: BTreeMap::new(),
+            edits: Default::default(),
         };
         child.index_sharp_edges();
         child

@@ -64,6 +64,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         across_seam: BTreeMap::new(),
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
+        edits: Default::default(),
     };
     topology.apply_tags(mesh.tags(), &edges.open);
     Ok(topology)
@@ -72,13 +73,18 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
 /// The half-edge that starts each vertex's fan: the first one without a twin, else the first.
 pub(super) fn leading_half_edges(vertices: usize, origin: &[u32], twin: &[u32]) -> Vec<u32> {
     let mut lead = vec![NONE; vertices];
+    lead_fans(origin, twin, &mut lead);
+    lead
+}
+
+/// The same into a table of nothing.
+pub(super) fn lead_fans(origin: &[u32], twin: &[u32], lead: &mut [u32]) {
     for (h, &v) in origin.iter().enumerate().rev() {
         let old = lead[v as usize];
         if twin[h] == NONE || old == NONE || twin[old as usize] != NONE {
             lead[v as usize] = h as u32;
         }
     }
-    lead
 }
 
 /// Elements that a thread takes at a time.

@@ -77,6 +77,7 @@ impl Topology {
                 _ => Interpolation::Smooth,
             },
             far_half: BTreeMap::new(),
+            edits: Default::default(),
         };
         channel.rules.face_varying = rule;
         Sharpener { mesh: self, rule }.sharpen(&mut channel, &is_seam);

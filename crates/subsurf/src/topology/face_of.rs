@@ -15,6 +15,10 @@ pub(crate) enum FaceOf {
 impl FaceOf {
     /// From the first half-edge of every face, and their number at the end.
     pub fn new(face_offset: &[u32]) -> Self {
+        Self::with(face_offset, Vec::new())
+    }
+
+    fn with(face_offset: &[u32], mut face: Vec<u32>) -> Self {
         let all = |sides: u32| face_offset.iter().zip(0u32..).all(|(&first, f)| first == sides.wrapping_mul(f));
         if all(4) {
             return Self::Quads;
@@ -22,11 +26,38 @@ impl FaceOf {
         if all(3) {
             return Self::Triangles;
         }
-        let mut face = vec![0u32; face_offset.last().map_or(0, |&n| n as usize)];
+        face.resize(face_offset.last().map_or(0, |&n| n as usize), 0);
         for (w, f) in face_offset.windows(2).zip(0u32..) {
             face[w[0] as usize..w[1] as usize].fill(f);
         }
         Self::Listed(face)
+    }
+
+    /// The same with memory that is at hand.
+    pub fn refill(&mut self, face_offset: &[u32]) {
+        let listed = match std::mem::replace(self, Self::Quads) {
+            Self::Listed(mut face) => {
+                face.clear();
+                face
+            }
+            _ => Vec::new(),
+        };
+        *self = Self::with(face_offset, listed);
+    }
+
+    /// Adds a face behind all others, whose first half-edges, and the number of half-edges, are `face_offset`.
+    pub fn push(&mut self, sides: usize, face_offset: &[u32]) {
+        match (&mut *self, sides) {
+            (Self::Quads, 4) | (Self::Triangles, 3) => {}
+            (Self::Listed(face), _) => face.resize(face.len() + sides, face_offset.len() as u32 - 1),
+            _ => {
+                let faces = face_offset.windows(2).zip(0u32..);
+                let mut listed: Vec<u32> =
+                    faces.flat_map(|(w, f)| std::iter::repeat_n(f, (w[1] - w[0]) as usize)).collect();
+                listed.resize(listed.len() + sides, face_offset.len() as u32 - 1);
+                *self = Self::Listed(listed);
+            }
+        }
     }
 
     /// All faces of a mesh with `sides` corners.

@@ -36,6 +36,21 @@ impl SharpnessColumn {
         }
     }
 
+    /// Adds an element.
+    pub fn push(&mut self, sharpness: f64) {
+        self.code.push(0);
+        if sharpness != 0.0 {
+            self.set(self.code.len() - 1, sharpness);
+        }
+    }
+
+    /// Takes all elements out.
+    pub fn clear(&mut self) {
+        self.code.clear();
+        self.values.truncate(2);
+        self.rare.clear();
+    }
+
     pub fn set(&mut self, i: usize, sharpness: f64) {
         if self.code[i] == RARE {
             self.rare.remove(&(i as u32));
@@ -75,12 +90,7 @@ impl SharpnessColumn {
 impl FromIterator<f64> for SharpnessColumn {
     fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
         let mut out = Self::smooth(0);
-        for (i, s) in values.into_iter().enumerate() {
-            out.code.push(0);
-            if s != 0.0 {
-                out.set(i, s);
-            }
-        }
+        values.into_iter().for_each(|s| out.push(s));
         out
     }
 }

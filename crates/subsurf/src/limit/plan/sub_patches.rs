@@ -1,0 +1,476 @@
+//! Regular sub-patches: every location but a special vertex lies in a piece of its face that one polynomial patch covers.
+//!
+//! The pieces of a plan are the leaves of its patch tree: a regular leaf is one, a leaf along a semi-sharp crease has
+//! three, one at a special vertex has three for every depth. A piece's control points are a small dense matrix times the
+//! face's ring, the same for all faces of the plan. Matrices are made when a location first needs them and kept up to
+//! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
+//!
+//! Under Catmull-Clark a piece has the sixteen points of [`bspline`](super::super::bspline), under Loop the fifteen
+//! coefficients of [`box_spline::POLYNOMIALS`]. Not covered, and left to [`Plan::weights`]: depths beyond
+//! [`DEEPEST_PIECE`] (one random location in 4^8), semi-sharp creases under Loop, what ends on a boundary that is kept
+//! linear, and rings of more than [`MOST_POINTS`] points.
+
+use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners, linear};
+use crate::kernel::LANES;
+use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
+use crate::limit::rows::Rows;
+use crate::limit::single_crease;
+use crate::limit::special::SpecialVertex;
+use crate::real::Real;
+use crate::scheme::SplitKind;
+use std::any::Any;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, OnceLock};
+
+/// Memory for all matrices of a table. Larger: memory of meshes with thousands of plans; smaller: such meshes are
+/// evaluated as slowly as without matrices.
+const MOST_BYTES: usize = 128 << 20;
+
+/// Largest depth at a special vertex with matrices. Larger: memory, three matrices a depth; smaller: more locations that take
+/// the general way, a quarter of the rest per depth.
+const DEEPEST_PIECE: u32 = 7;
+
+/// Largest depth of a leaf in a patch tree with matrices: more than `⌈sharpness⌉ + 2` only along linear boundaries.
+const DEEPEST_LEAF: u32 = 14;
+
+/// Largest ring whose pieces have matrices, of 32 KiB in `f64`.
+const MOST_POINTS: usize = 256;
+
+/// Weights of a piece's control points over the ring, one block of [`LANES`] control points per point of the ring.
+pub(crate) type Blocks<T> = Box<[[T; LANES]]>;
+
+/// The control points of one piece over a plan's ring.
+#[derive(Debug)]
+pub(crate) struct SubPatch<T> {
+    pub points: ControlPoints<T>,
+    /// Weights of a point over the ring to which the control points are relative; none where they are not.
+    pub origin: Option<Box<[T]>>,
+    /// Control points for second derivatives, where they have others.
+    pub second: Option<Blocks<T>>,
+}
+
+/// Control points over the ring.
+#[derive(Debug)]
+pub(crate) enum ControlPoints<T> {
+    /// Points of the ring.
+    Chosen([u8; LANES]),
+    Weighted(Blocks<T>),
+}
+
+/// Where a location lies.
+#[derive(Clone, Copy)]
+pub(crate) struct Spot<'a> {
+    slot: &'a Slot,
+    /// Parameters of the piece; from its centre in triangles.
+    pub s: f64,
+    pub t: f64,
+    /// How the piece's parameters lie in the face.
+    pub pose: Pose,
+}
+
+/// How the parameters of a piece lie in the face: turned by so many corners, then so many times as fast.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Pose {
+    turn: u8,
+    speed: [f64; 2],
+}
+
+impl Pose {
+    /// `∂s/∂u ∂t/∂u` and `∂s/∂v ∂t/∂v`.
+    pub fn jacobian(self, split: SplitKind) -> [[f64; 2]; 2] {
+        let [p, q] = self.speed;
+        match (split, self.turn) {
+            (_, 0) => [[p, 0.0], [0.0, q]],
+            // (a, b) = (v, 1 - u), (1 - u, 1 - v), (1 - v, u).
+            (SplitKind::Quads, 1) => [[0.0, -q], [p, 0.0]],
+            (SplitKind::Quads, 2) => [[-p, 0.0], [0.0, -q]],
+            (SplitKind::Quads, _) => [[0.0, q], [-p, 0.0]],
+            // (a, b) = (v, 1 - u - v), (1 - u - v, u).
+            (SplitKind::Triangles, 1) => [[0.0, -q], [p, -q]],
+            (SplitKind::Triangles, _) => [[-p, q], [-p, 0.0]],
+        }
+    }
+
+    /// Second derivatives in the face's parameters, as combinations of those in the piece's: `ss`, `st`, `tt`.
+    pub fn second(self, split: SplitKind) -> [[f64; 3]; 3] {
+        let [u, v] = self.jacobian(split);
+        let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c, a * d + b * c, b * d];
+        [product(u, u), product(u, v), product(v, v)]
+    }
+}
+
+/// The matrices of one piece.
+#[derive(Default)]
+struct Slot {
+    single: OnceLock<Box<SubPatch<f32>>>,
+    double: OnceLock<Box<SubPatch<f64>>>,
+}
+
+impl Slot {
+    fn of<T: Real>(&self) -> &OnceLock<Box<SubPatch<T>>> {
+        let both: [&dyn Any; 2] = [&self.single, &self.double];
+        both.into_iter().find_map(|slot| slot.downcast_ref()).expect("values are f32 or f64")
+    }
+}
+
+impl Spot<'_> {
+    /// Tells pieces of one plan apart.
+    pub fn piece(&self) -> usize {
+        std::ptr::from_ref(self.slot).addr()
+    }
+}
+
+/// The pieces of all plans, as far as they were met.
+pub(crate) struct SubPatches {
+    trees: Vec<OnceLock<Tree>>,
+    bytes: AtomicUsize,
+    made: AtomicUsize,
+}
+
+impl SubPatches {
+    /// For no plans yet.
+    pub fn new() -> Self {
+        Self { trees: Vec::new(), bytes: AtomicUsize::new(0), made: AtomicUsize::new(0) }
+    }
+
+    /// Room for so many plans, those of before as they are.
+    pub fn grow(&mut self, plans: usize) {
+        self.trees.resize_with(plans, OnceLock::new);
+    }
+
+    /// Bytes of all matrices that are kept.
+    pub fn bytes(&self) -> usize {
+        self.bytes.load(Relaxed)
+    }
+
+    /// How many matrices were made so far.
+    pub fn made(&self) -> usize {
+        self.made.load(Relaxed)
+    }
+
+    /// True if a matrix of so many bytes may be kept.
+    fn reserve(&self, bytes: usize) -> bool {
+        self.bytes.fetch_update(Relaxed, Relaxed, |kept| (kept + bytes <= MOST_BYTES).then_some(kept + bytes)).is_ok()
+    }
+}
+
+/// Part of a patch tree.
+enum Tree {
+    Leaf(Pieces),
+    Branch(Branch),
+    /// Nothing here has matrices.
+    Closed,
+}
+
+struct Branch {
+    /// Nodes of the children, and their turns.
+    links: Box<[(Link, u8)]>,
+    /// True where a location at a corner ends.
+    has_ends: bool,
+    depth: u32,
+    children: Box<[OnceLock<Tree>]>,
+}
+
+/// The pieces of a leaf.
+struct Pieces {
+    kind: Kind,
+    slots: Box<[Slot]>,
+}
+
+enum Kind {
+    Whole,
+    SingleCrease {
+        turn: u8,
+        joints: [f64; 2],
+        /// `2^k` in the three segments.
+        speed: [f64; 3],
+    },
+    Special {
+        turn: u8,
+        vertex: Arc<SpecialVertex>,
+    },
+}
+
+impl Tree {
+    fn new(plans: &Plans, Link { node, raise }: Link, depth: u32) -> Self {
+        match &plans.nodes[node as usize].body {
+            Body::Leaf(leaf) => Pieces::new(leaf, raise).map_or(Self::Closed, Self::Leaf),
+            Body::Split(_) if depth >= DEEPEST_LEAF => Self::Closed,
+            Body::Split(split) => {
+                let links: Box<[_]> = split.children.iter().map(|c| (c.link(raise), c.turn)).collect();
+                let children = links.iter().map(|_| OnceLock::new()).collect();
+                Self::Branch(Branch { links, has_ends: split.ends.is_some(), depth, children })
+            }
+        }
+    }
+}
+
+impl Pieces {
+    fn new(leaf: &Leaf, raise: u8) -> Option<Self> {
+        if !leaf.creases.is_empty() {
+            return None;
+        }
+        let (kind, count) = match &leaf.shape {
+            LeafShape::Linear | LeafShape::Regular => (Kind::Whole, 1),
+            LeafShape::SingleCrease { turn, sharpness } => {
+                let sharpness = sharpness + f64::from(raise);
+                let speed = [0, 1, 2].map(|k| 2f64.powi(single_crease::piece(sharpness, k).0));
+                (Kind::SingleCrease { turn: *turn, joints: single_crease::joints(sharpness), speed }, 3)
+            }
+            LeafShape::Special { turn, vertex } => {
+                (Kind::Special { turn: *turn, vertex: vertex.clone() }, 3 * (DEEPEST_PIECE as usize + 1))
+            }
+        };
+        Some(Self { kind, slots: (0..count).map(|_| Slot::default()).collect() })
+    }
+
+    #[inline]
+    fn spot(&self, split: SplitKind, at: Place) -> Option<Spot<'_>> {
+        let total = |leaf_turn: u8| wrapped(at.turn + leaf_turn, split);
+        let (number, turn, s, t, speed) = match &self.kind {
+            Kind::Whole => {
+                let (a, b) = at.turned(split, at.turn);
+                (0, at.turn, a, b, [at.speed; 2])
+            }
+            Kind::SingleCrease { turn, joints, speed } => {
+                let turn = total(*turn);
+                let (a, _) = at.turned(split, turn);
+                // The distance from the crease, exact next to it.
+                let (_, distance) = at.turned(split, (turn + 2) % 4);
+                let number = usize::from(distance < joints[0]) + usize::from(distance < joints[1]);
+                (number, turn, a, 1.0 - speed[number] * distance, [at.speed, at.speed * speed[number]])
+            }
+            Kind::Special { turn, vertex } => {
+                let turn = total(*turn);
+                let (a, b) = at.turned(split, turn);
+                let child = vertex.child(a, b).filter(|child| child.depth <= DEEPEST_PIECE)?;
+                let speed = at.speed * child.flip * f64::from(2u32 << child.depth);
+                (3 * child.depth as usize + child.index, turn, child.u, child.v, [speed; 2])
+            }
+        };
+        let centre = if split == SplitKind::Triangles { CENTRE } else { 0.0 };
+        Some(Spot { slot: &self.slots[number], s: s - centre, t: t - centre, pose: Pose { turn, speed } })
+    }
+}
+
+#[inline]
+fn wrapped(turn: u8, split: SplitKind) -> u8 {
+    let corners = corners(split) as u8;
+    if turn < corners { turn } else { turn - corners }
+}
+
+impl<'a> Plan<'a> {
+    fn tree(self) -> &'a Tree {
+        self.plans.parts.trees[self.number].get_or_init(|| match self.ring() {
+            0..=MOST_POINTS => Tree::new(self.plans, self.start, 0),
+            _ => Tree::Closed,
+        })
+    }
+
+    /// Where `(u, v)` lies, parameters of a face whose corner `turn` is the plan's corner 0; none where there is no piece:
+    /// at special vertices, and where [`Plan::weights`] is the only way.
+    #[inline]
+    pub fn spot(self, u: f64, v: f64, turn: u8) -> Option<Spot<'a>> {
+        let split = self.plans.split;
+        let mut at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
+        let mut tree = self.tree();
+        loop {
+            let branch = match tree {
+                Tree::Closed => return None,
+                Tree::Leaf(pieces) => return pieces.spot(split, at),
+                Tree::Branch(branch) => branch,
+            };
+            if branch.has_ends && [at.u, at.v].iter().all(|&x| x == 0.0 || x == 1.0) {
+                return None;
+            }
+            let mut child = 0;
+            if branch.children.len() > 1 {
+                (child, at) = at.descend(split);
+            }
+            let (link, turn) = branch.links[child];
+            at.turn = wrapped(at.turn + turn, split);
+            tree = branch.children[child].get_or_init(|| Tree::new(self.plans, link, branch.depth + 1));
+        }
+    }
+
+    /// True if one piece covers the face.
+    pub fn is_whole(self) -> bool {
+        matches!(self.tree(), Tree::Leaf(Pieces { kind: Kind::Whole, .. }))
+    }
+
+    /// Calls `f` with the matrices of the piece at a spot, which is that of `(u, v)` and `turn`.
+    #[inline]
+    pub fn with_piece<T: Real, R>(
+        self,
+        spot: &Spot<'a>,
+        (u, v, turn): (f64, f64, u8),
+        f: impl FnOnce(&SubPatch<T>) -> R,
+    ) -> R {
+        let slot = spot.slot.of::<T>();
+        match slot.get() {
+            Some(made) => f(made),
+            None => self.with_new_piece(slot, (u, v, turn), f),
+        }
+    }
+
+    #[cold]
+    fn with_new_piece<T: Real, R>(
+        self,
+        slot: &OnceLock<Box<SubPatch<T>>>,
+        (u, v, turn): (f64, f64, u8),
+        f: impl FnOnce(&SubPatch<T>) -> R,
+    ) -> R {
+        let made = self.piece::<T>(u, v, turn);
+        let parts = &self.plans.parts;
+        parts.made.fetch_add(1, Relaxed);
+        let bytes = made.bytes();
+        if !parts.reserve(bytes) {
+            return f(&made);
+        }
+        if slot.set(Box::new(made)).is_err() {
+            // Another thread was faster.
+            parts.bytes.fetch_sub(bytes, Relaxed);
+        }
+        f(slot.get().expect("it was set"))
+    }
+
+    /// Makes the matrices of the piece that holds `(u, v)`.
+    fn piece<T: Real>(self, u: f64, v: f64, turn: u8) -> SubPatch<T> {
+        let mut way: Vec<(usize, &Split, &Child)> = Vec::new();
+        let (end, at, last) = self.walk(u, v, turn, 0, |node, split, child| way.push((node.ring, split, child)));
+        let End::Leaf(leaf) = end else { unreachable!("the ends of linear boundaries have no pieces") };
+        let over_ring = |local: Vec<[f64; LANES]>| {
+            let mut blocks = vec![[0.0; LANES]; last.ring];
+            multiply(&local, 0..local.len(), &leaf.points, &mut blocks);
+            for &(ring, split, child) in way.iter().rev() {
+                let mut above = vec![[0.0; LANES]; ring];
+                multiply(&blocks, child.ring.iter().map(|&row| row as usize), &split.points, &mut above);
+                blocks = above;
+            }
+            blocks
+        };
+        let local = leaf.pieces(self.plans.split, at);
+        let points = over_ring(local.points);
+        let origin = local.origin.map(|row| {
+            let lanes = row.iter().map(|&w| std::array::from_fn(|k| if k == 0 { w } else { 0.0 })).collect();
+            over_ring(lanes).iter().map(|block| T::from_f64(block[0])).collect()
+        });
+        let second = local.second.map(|rows| rounded(&over_ring(rows)));
+        let points = match chosen(&points) {
+            Some(chosen) => ControlPoints::Chosen(chosen),
+            None => ControlPoints::Weighted(rounded(&points)),
+        };
+        SubPatch { points, origin, second }
+    }
+}
+
+/// Control points of a piece over the points of its leaf.
+struct LocalPoints {
+    points: Vec<[f64; LANES]>,
+    origin: Option<Vec<f64>>,
+    second: Option<Vec<[f64; LANES]>>,
+}
+
+impl Leaf {
+    /// Control points of the piece that holds a place.
+    fn pieces(&self, split: SplitKind, at: Place) -> LocalPoints {
+        let total = |turn: u8| (at.turn + turn) % corners(split) as u8;
+        let only = |rows: &[Vec<f64>]| LocalPoints { points: lanes(rows), origin: None, second: None };
+        let unit = |k: usize, n: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
+        let polynomials = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let combine = |weights: &[f64; 12]| {
+                let sum = |c: usize| weights.iter().zip(rows).map(|(w, row)| w * row[c]).sum();
+                (0..rows[0].len()).map(sum).collect()
+            };
+            POLYNOMIALS.iter().map(combine).collect()
+        };
+        match (&self.shape, split) {
+            (LeafShape::Linear, SplitKind::Quads) => {
+                // A spline whose control points lie on a bilinear patch is that patch.
+                let point = |k: usize| linear(split, (k % 4) as f64 - 1.0, (k / 4) as f64 - 1.0).rows[0].clone();
+                only(&(0..16).map(point).collect::<Vec<_>>())
+            }
+            (LeafShape::Linear, SplitKind::Triangles) => {
+                let [value, du, dv, ..] = linear(split, CENTRE, CENTRE).rows;
+                // The powers 1, y and x.
+                let mut rows = vec![vec![0.0; 3]; 6];
+                (rows[0], rows[1], rows[5]) = (value, dv, du);
+                only(&rows)
+            }
+            (LeafShape::Regular, SplitKind::Quads) => only(&(0..16).map(|k| unit(k, 16)).collect::<Vec<_>>()),
+            (LeafShape::Regular, SplitKind::Triangles) => {
+                only(&polynomials(&(0..12).map(|k| unit(k, 12)).collect::<Vec<_>>()))
+            }
+            (LeafShape::SingleCrease { turn, sharpness }, _) => {
+                let (_, distance) = at.turned(split, (total(*turn) + 2) % 4);
+                let sharpness = sharpness + f64::from(at.raise);
+                let (_, across) = single_crease::piece(sharpness, single_crease::piece_at(distance, sharpness));
+                let point = |k: usize| {
+                    let mut row = vec![0.0; 16];
+                    (0..4).for_each(|y| row[4 * y + k % 4] = across[k / 4][y]);
+                    row
+                };
+                only(&(0..16).map(point).collect::<Vec<_>>())
+            }
+            (LeafShape::Special { turn, vertex }, _) => {
+                let (a, b) = at.turned(split, total(*turn));
+                let child = vertex.child(a, b).expect("the vertex itself has no piece");
+                let rows = |second: bool| {
+                    let rows = vertex.child_points(child.depth, child.index, second);
+                    lanes(&if split == SplitKind::Triangles { polynomials(&rows) } else { rows })
+                };
+                let is_deep = child.depth > 0;
+                LocalPoints {
+                    points: rows(false),
+                    origin: is_deep.then(|| vertex.limit().to_vec()),
+                    second: (is_deep && vertex.parts_second()).then(|| rows(true)),
+                }
+            }
+        }
+    }
+}
+
+/// Rows as lanes, column by column.
+fn lanes(rows: &[Vec<f64>]) -> Vec<[f64; LANES]> {
+    (0..rows[0].len()).map(|c| std::array::from_fn(|k| rows.get(k).map_or(0.0, |row| row[c]))).collect()
+}
+
+/// `out += leftᵀ · rows`, the row of each block by its index.
+fn multiply(left: &[[f64; LANES]], index: impl IntoIterator<Item = usize>, rows: &Rows, out: &mut [[f64; LANES]]) {
+    for (block, i) in left.iter().zip(index) {
+        for (c, w) in rows.row(i) {
+            out[c as usize].iter_mut().zip(block).for_each(|(o, x)| *o += x * w);
+        }
+    }
+}
+
+fn rounded<T: Real>(blocks: &[[f64; LANES]]) -> Blocks<T> {
+    blocks.iter().map(|block| block.map(T::from_f64)).collect()
+}
+
+/// The points of the ring that the control points are, if each is one.
+fn chosen(blocks: &[[f64; LANES]]) -> Option<[u8; LANES]> {
+    let mut chosen = [0; LANES];
+    for (k, chosen) in chosen.iter_mut().enumerate() {
+        let mut used = blocks.iter().enumerate().filter(|(_, block)| block[k] != 0.0);
+        let (p, block) = used.next()?;
+        if block[k] != 1.0 || used.next().is_some() {
+            return None;
+        }
+        *chosen = u8::try_from(p).ok()?;
+    }
+    Some(chosen)
+}
+
+impl<T> SubPatch<T> {
+    /// Memory in bytes.
+    fn bytes(&self) -> usize {
+        let blocks = |blocks: &Blocks<T>| size_of_val(&blocks[..]);
+        let points = match &self.points {
+            ControlPoints::Chosen(_) => 0,
+            ControlPoints::Weighted(points) => blocks(points),
+        };
+        let origin = self.origin.as_ref().map_or(0, |origin| size_of_val(&origin[..]));
+        size_of::<Self>() + points + origin + self.second.as_ref().map_or(0, blocks)
+    }
+}

@@ -1,0 +1,384 @@
+//! How the vertices of a level deep below the control mesh are numbered, in closed form.
+//!
+//! Every refinement appends one vertex per face (not under Loop) and one per edge, and every edge of a level is either one
+//! that appeared inside a face some levels up or a piece of a control edge. So the vertices of level L are a list of
+//! *regions*, each of equally many vertices per control vertex, face, half-edge or edge:
+//!
+//! ```text
+//!   control vertices                                                     1 per vertex
+//!   then for m = 1 … L, the vertices that level m adds:
+//!     face points          m = 1                                         1 per face
+//!                          m > 1                                         4^(m-2) per half-edge
+//!     on edges that appeared inside faces at level j = m-1, …, 1         4^(j-1) 2^(m-1-j) per half-edge
+//!     on control edges                                                   2^(m-1) per edge
+//! ```
+//!
+//! Inside a control face the order is the same for all faces with as many corners; a [`Tile`] holds it.
+
+use super::split::runs_forward;
+use crate::index::{Face, HalfEdge};
+use crate::mesh::{MAX_COUNT, MeshError};
+use crate::scheme::SplitKind;
+use crate::topology::Topology;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Numbers of elements of a level.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Counts {
+    pub vertices: usize,
+    pub faces: usize,
+    pub edges: usize,
+    pub half_edges: usize,
+}
+
+impl Counts {
+    pub fn of(t: &Topology) -> Self {
+        Self {
+            vertices: t.vertex_count(),
+            faces: t.face_count(),
+            edges: t.edge_count(),
+            half_edges: t.half_edge_count(),
+        }
+    }
+
+    /// One level down; refused where it overflows 32-bit indices.
+    pub fn refined(self, split: SplitKind) -> Result<Self, MeshError> {
+        let (face_points, faces) = match split {
+            SplitKind::Quads => (self.faces, self.half_edges),
+            SplitKind::Triangles => (0, 4 * self.faces),
+        };
+        let next = Self {
+            vertices: self.vertices + face_points + self.edges,
+            faces,
+            edges: 2 * self.edges + self.half_edges,
+            half_edges: 4 * self.half_edges,
+        };
+        for (what, count) in [("vertices", next.vertices), ("corners", next.half_edges), ("edges", next.edges)] {
+            if count > MAX_COUNT {
+                return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
+            }
+        }
+        Ok(next)
+    }
+}
+
+/// What the vertices of a region belong to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Owner {
+    Vertices,
+    Faces,
+    HalfEdges,
+    Edges,
+}
+
+/// Consecutive vertices, `each` for every element of the control mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Region {
+    pub owner: Owner,
+    pub each: usize,
+    /// First vertex.
+    pub start: usize,
+}
+
+/// The regions of level `depth`, in order.
+pub(super) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Region> {
+    let mut out = Vec::new();
+    let mut start = 0;
+    let mut add = |owner, each: usize| {
+        out.push(Region { owner, each, start });
+        start += each
+            * match owner {
+                Owner::Vertices => control.vertices,
+                Owner::Faces => control.faces,
+                Owner::HalfEdges => control.half_edges,
+                Owner::Edges => control.edges,
+            };
+    };
+    add(Owner::Vertices, 1);
+    for m in 1..=depth {
+        match (split, m) {
+            (SplitKind::Triangles, _) => {}
+            (SplitKind::Quads, 1) => add(Owner::Faces, 1),
+            (SplitKind::Quads, _) => add(Owner::HalfEdges, 1 << (2 * (m - 2))),
+        }
+        (1..m).rev().for_each(|j| add(Owner::HalfEdges, 1 << (2 * (j - 1) + m - 1 - j)));
+        add(Owner::Edges, 1 << (m - 1));
+    }
+    out
+}
+
+/// A square or triangular grid of vertices: a quad or triangle of the control mesh, or the quad at one corner of another
+/// face. Cell `j · (size + 1) + i` is the vertex at u = i / size, v = j / size.
+pub(super) struct Tile {
+    /// Cells along a side.
+    pub size: usize,
+    /// The cells in the order of vertices, for all regions of half-edges and faces one after another.
+    pub order: Vec<u32>,
+    /// By region: its part of `order`; empty for other regions, and for a face's centre that several tiles share.
+    pub ranges: Vec<Range<usize>>,
+    /// The corners of all faces in order.
+    pub corners: Vec<u32>,
+}
+
+type Cell = [u32; 2];
+
+fn middle(a: Cell, b: Cell) -> Cell {
+    [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]
+}
+
+impl Tile {
+    /// A whole quad, or triangle under Loop, refined to level `depth`.
+    pub fn whole(split: SplitKind, depth: u32) -> Self {
+        Self::refined(split, depth, 0)
+    }
+
+    /// The quad that one corner of another face becomes at level 1: corner 0 the old vertex, 2 the face point.
+    pub fn corner(depth: u32) -> Self {
+        Self::refined(SplitKind::Quads, depth, 1)
+    }
+
+    fn refined(split: SplitKind, depth: u32, first: u32) -> Self {
+        let size = 1u32 << (depth - first);
+        let cell = |[i, j]: Cell| j * (size + 1) + i;
+        let mut faces: Vec<Vec<Cell>> = match split {
+            SplitKind::Quads => vec![vec![[0, 0], [size, 0], [size, size], [0, size]]],
+            SplitKind::Triangles => vec![vec![[0, 0], [size, 0], [0, size]]],
+        };
+        let (mut order, mut ranges): (Vec<u32>, Vec<Range<usize>>) = (Vec::new(), vec![0..0]);
+        // Ends of the edges inside, in order, by the level where they appeared, that of the last one first.
+        let mut edges: Vec<Vec<[Cell; 2]>> = Vec::new();
+        if first == 1 {
+            // Level 1 adds the face's centre and control edges' middles; then the spoke is an edge of this tile.
+            ranges.extend([0..0, 0..0]);
+            edges.push(vec![[[size, size], [size, 0]]]);
+        }
+        let mut put = |points: &mut dyn Iterator<Item = Cell>| {
+            let start = order.len();
+            order.extend(points.map(cell));
+            ranges.push(start..order.len());
+        };
+        for _ in first..depth {
+            if split == SplitKind::Quads {
+                put(&mut faces.iter().map(|f| middle(f[0], f[2])));
+            }
+            for group in &edges {
+                put(&mut group.iter().map(|&[a, b]| middle(a, b)));
+            }
+            put(&mut std::iter::empty());
+            for group in &mut edges {
+                *group = group.iter().flat_map(|&ends| halves(ends)).collect();
+            }
+            let mut inside = Vec::new();
+            faces = faces.iter().flat_map(|f| children(f, &mut inside)).collect();
+            edges.insert(0, inside);
+        }
+        let corners = faces.iter().flatten().map(|&c| cell(c)).collect();
+        Self { size: size as usize, order, ranges, corners }
+    }
+
+    /// Number of cells of the grid, those beyond the third side of a triangle included.
+    pub fn cells(&self) -> usize {
+        (self.size + 1) * (self.size + 1)
+    }
+
+    /// The cell `i` steps along side `side` from its corner of that number.
+    pub fn on_side(&self, sides: usize, side: usize, i: usize) -> usize {
+        let n = self.size;
+        let (u, v) = match (sides, side) {
+            (_, 0) => (i, 0),
+            (4, 1) => (n, i),
+            (4, 2) => (n - i, n),
+            (3, 1) => (n - i, i),
+            _ => (0, n - i),
+        };
+        v * (n + 1) + u
+    }
+}
+
+/// An edge's halves, each with the new vertex first, as refinement numbers them.
+fn halves(ends: [Cell; 2]) -> [[Cell; 2]; 2] {
+    let m = middle(ends[0], ends[1]);
+    [[m, ends[0]], [m, ends[1]]]
+}
+
+/// The children of a face in order; adds the edges inside it.
+fn children(corners: &[Cell], inside: &mut Vec<[Cell; 2]>) -> Vec<Vec<Cell>> {
+    let n = corners.len();
+    let on_edge = |c: usize| middle(corners[c % n], corners[(c + 1) % n]);
+    if n == 3 {
+        inside.extend((0..3).map(|c| [on_edge(c), on_edge(c + 2)]));
+        let [a, b, c] = [0, 1, 2].map(on_edge);
+        return vec![vec![corners[0], a, c], vec![a, corners[1], b], vec![c, b, corners[2]], vec![b, c, a]];
+    }
+    let centre = middle(corners[0], corners[2]);
+    inside.extend((0..4).map(|c| [centre, on_edge(c)]));
+    let child = |c: usize| {
+        let mut child = vec![corners[c]; 4];
+        (child[(c + 1) % 4], child[(c + 2) % 4], child[(c + 3) % 4]) = (on_edge(c), centre, on_edge(c + 3));
+        child
+    };
+    (0..4).map(child).collect()
+}
+
+/// For every region of edges, the places `i / 2^depth` along an edge, from its first end, that its vertices have, in order.
+fn along_edge(depth: u32) -> Vec<Vec<u32>> {
+    let mut pieces: Vec<[Cell; 2]> = vec![[[0, 0], [1 << depth, 0]]];
+    (0..depth)
+        .map(|_| {
+            let points = pieces.iter().map(|&[a, b]| middle(a, b)[0]).collect();
+            pieces = pieces.iter().flat_map(|&ends| halves(ends)).collect();
+            points
+        })
+        .collect()
+}
+
+/// Where the vertices of a level go.
+pub(super) struct Numbering {
+    pub regions: Vec<Region>,
+    /// By region: places along an edge where the region is one of edges.
+    pub along: Vec<Vec<u32>>,
+    /// By place along an edge: vertex `start + each · e` of edge e.
+    on_edge: Vec<(u32, u32)>,
+    /// Of faces that are one tile.
+    pub whole: Tile,
+    /// Of one corner of any other face.
+    pub corner: Tile,
+    sides: usize,
+    depth: u32,
+}
+
+impl Numbering {
+    pub fn new(control: &Topology, split: SplitKind, depth: u32) -> Self {
+        let regions = regions(Counts::of(control), split, depth);
+        let mut places = along_edge(depth).into_iter();
+        let of_region =
+            |r: &Region| if r.owner == Owner::Edges { places.next().unwrap_or_default() } else { Vec::new() };
+        let along: Vec<Vec<u32>> = regions.iter().map(of_region).collect();
+        let mut on_edge = vec![(0, 0); (1 << depth) + 1];
+        for (region, along) in regions.iter().zip(&along) {
+            for (k, &place) in along.iter().enumerate() {
+                on_edge[place as usize] = ((region.start + k) as u32, region.each as u32);
+            }
+        }
+        let sides = match split {
+            SplitKind::Quads => 4,
+            SplitKind::Triangles => 3,
+        };
+        let whole = Tile::whole(split, depth);
+        let corner = Tile::corner(depth.max(1));
+        Self { regions, along, on_edge, whole, corner, sides, depth }
+    }
+
+    /// True for a face that is one tile.
+    #[inline(always)]
+    pub fn is_whole(&self, sides: usize) -> bool {
+        sides == self.sides
+    }
+
+    /// The cell `i` of `2^depth` steps along side `side` of a face; the tiles of faces that are no tile follow each other.
+    #[inline(always)]
+    pub fn on_side(&self, sides: usize, side: usize, i: usize) -> usize {
+        if self.is_whole(sides) {
+            return self.whole.on_side(sides, side, i);
+        }
+        let (size, cells) = (self.corner.size, self.corner.cells());
+        if i <= size { side * cells + i } else { (side + 1) % sides * cells + (2 * size - i) * (size + 1) }
+    }
+
+    /// Heap memory in bytes.
+    pub fn bytes(&self) -> usize {
+        let tile = |t: &Tile| 4 * (t.order.len() + t.corners.len()) + size_of_val(&t.ranges[..]);
+        tile(&self.whole) + tile(&self.corner) + size_of_val(&self.on_edge[..]) + size_of_val(&self.regions[..])
+    }
+
+    /// The vertices of all faces of the level.
+    pub fn write_corners(&self, t: &Topology, out: &mut [u32]) {
+        let each = 1usize << (2 * self.depth);
+        let chunks = (0..t.face_count()).step_by(CORNER_CHUNK).map(|f| f..(f + CORNER_CHUNK).min(t.face_count()));
+        let mut rest = out;
+        let mut tasks = Vec::new();
+        for faces in chunks {
+            let half_edges = t.face_offset[faces.end] - t.face_offset[faces.start];
+            let (part, tail) = rest.split_at_mut(each * half_edges as usize);
+            rest = tail;
+            tasks.push((faces, part));
+        }
+        tasks.into_par_iter().for_each_init(Vec::new, |vertices, (faces, mut out)| {
+            for f in faces.map(Face::new) {
+                let (part, tail) = out.split_at_mut(each * t.sides(f));
+                out = tail;
+                if self.is_whole(t.sides(f)) {
+                    self.number_whole(t, f, vertices);
+                    look_up(&self.whole.corners, vertices, part);
+                } else {
+                    for (corner, part) in part.chunks_exact_mut(each).enumerate() {
+                        self.number_corner(t, f, corner, vertices);
+                        look_up(&self.corner.corners, vertices, part);
+                    }
+                }
+            }
+        });
+    }
+
+    /// The vertex at place `i` along half-edge `h`, neither of its ends.
+    #[inline(always)]
+    fn on_half_edge(&self, t: &Topology, h: HalfEdge, i: usize) -> u32 {
+        let e = t.edge(h);
+        let place = if runs_forward(t, h) { i } else { (1 << self.depth) - i };
+        let (start, each) = self.on_edge[place];
+        start + each * e.0
+    }
+
+    /// The vertices of all cells of a face that is one tile.
+    fn number_whole(&self, t: &Topology, f: Face, vertices: &mut Vec<u32>) {
+        let (tile, first) = (&self.whole, t.first(f));
+        vertices.resize(tile.cells(), 0);
+        for (region, range) in self.regions.iter().zip(&tile.ranges) {
+            let element = if region.owner == Owner::Faces { f.0 } else { first };
+            let start = region.start as u32 + region.each as u32 * element;
+            let cells = &tile.order[range.clone()];
+            cells.iter().zip(start..).for_each(|(&cell, v)| vertices[cell as usize] = v);
+        }
+        for side in 0..self.sides {
+            let h = t.half_edge(f, side);
+            vertices[tile.on_side(self.sides, side, 0)] = t.origin(h).0;
+            for i in 1..tile.size {
+                vertices[tile.on_side(self.sides, side, i)] = self.on_half_edge(t, h, i);
+            }
+        }
+    }
+
+    /// The vertices of all cells of the tile at a corner of any other face.
+    fn number_corner(&self, t: &Topology, f: Face, corner: usize, vertices: &mut Vec<u32>) {
+        let tile = &self.corner;
+        let (h, size) = (t.half_edge(f, corner), tile.size);
+        let prev = t.prev(h);
+        vertices.resize(tile.cells(), 0);
+        for (region, range) in self.regions.iter().zip(&tile.ranges) {
+            let cells = &tile.order[range.clone()];
+            let first = region.start as u32 + region.each as u32 * h.0;
+            cells.iter().zip(first..).for_each(|(&cell, v)| vertices[cell as usize] = v);
+            // The spoke of the previous half-edge runs along v = 1 as this one's runs along u = 1.
+            if cells.first().is_some_and(|&cell| cell as usize % (size + 1) == size) {
+                let first = region.start as u32 + region.each as u32 * prev.0;
+                let along = cells.iter().map(|&cell| size * (size + 1) + cell as usize / (size + 1));
+                along.zip(first..).for_each(|(cell, v)| vertices[cell] = v);
+            }
+        }
+        vertices[0] = t.origin(h).0;
+        for i in 1..=size {
+            vertices[i] = self.on_half_edge(t, h, i);
+            vertices[i * (size + 1)] = self.on_half_edge(t, prev, 2 * size - i);
+        }
+        // The first face points are the centres of control faces.
+        vertices[tile.cells() - 1] = t.vertex_count() as u32 + f.0;
+    }
+}
+
+/// Control faces of a task that writes faces. Fixed; larger: uneven loads; smaller: overhead of tasks.
+const CORNER_CHUNK: usize = 256;
+
+fn look_up(cells: &[u32], vertices: &[u32], out: &mut [u32]) {
+    out.iter_mut().zip(cells).for_each(|(v, &cell)| *v = vertices[cell as usize]);
+}

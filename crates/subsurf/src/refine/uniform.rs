@@ -1,0 +1,248 @@
+//! Uniform refinement in one call: the vertices, faces and values of a level straight from the control mesh, without the levels
+//! between.
+
+use super::face_rings::FaceRings;
+use super::numbering::{Counts, Numbering};
+use super::tile_trees::TileTrees;
+use super::values::Maps;
+use super::{Level, scheme_topology};
+use crate::index::{Face, HalfEdge};
+use crate::mesh::{ControlMesh, MeshError};
+use crate::real::Real;
+use crate::scheme::{Scheme, SplitKind};
+use crate::topology::Topology;
+use rayon::prelude::*;
+use std::any::{Any, TypeId};
+use std::sync::OnceLock;
+
+/// Points of the widest ring that trees are made for: what a face at a vertex of some 60 faces has. Larger: matrices that grow
+/// with its square; smaller: more meshes that are refined level by level.
+const WIDEST_RING: usize = 128;
+
+/// A level of refinement in one step: how its vertices are made of the control points, and its faces, in the order of
+/// [`Level`]. Made once per connectivity; takes values of any attribute.
+///
+/// Values are those of [`Level::refine_values`] repeated, up to rounding: sums are formed in the precision of the values, relative
+/// to a control point nearby.
+///
+/// ```
+/// use subsurf::{Scheme, UniformRefinement, shapes};
+///
+/// let cube = shapes::cube();
+/// let refinement = UniformRefinement::new(&cube.mesh, Scheme::CatmullClark, 3)?; // once per connectivity
+/// let corners = refinement.corners(); // four to a face
+/// let points = refinement.refine(&cube.positions); // once per frame, of any attribute
+/// assert_eq!((corners.len(), points.len()), (4 * 384, 386));
+/// # Ok::<(), subsurf::MeshError>(())
+/// ```
+pub struct UniformRefinement {
+    control: Topology,
+    scheme: Scheme,
+    depth: u32,
+    counts: Counts,
+    numbering: Numbering,
+    method: Method,
+}
+
+/// How values are refined.
+enum Method {
+    Trees(Box<Plan>),
+    /// Level by level: these are levels 0 to depth - 1.
+    Levels(Vec<Level>),
+}
+
+/// What is made once per connectivity.
+struct Plan {
+    rings: FaceRings,
+    trees: TileTrees,
+    single: OnceLock<Maps<f32>>,
+    double: OnceLock<Maps<f64>>,
+}
+
+impl Plan {
+    fn maps<T: Real>(&self, split: SplitKind) -> &Maps<T> {
+        let single = || self.single.get_or_init(|| Maps::new(&self.trees, split)) as &dyn Any;
+        let double = || self.double.get_or_init(|| Maps::new(&self.trees, split)) as &dyn Any;
+        let maps = if TypeId::of::<T>() == TypeId::of::<f32>() { single() } else { double() };
+        maps.downcast_ref().expect("values are f32 or f64")
+    }
+}
+
+impl UniformRefinement {
+    /// The level `depth` steps below the control mesh; 0 is the mesh itself.
+    ///
+    /// # Errors
+    /// Those of [`Topology::new`], and [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
+    pub fn new(mesh: &ControlMesh, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
+        Self::from_topology(scheme_topology(mesh, scheme)?, scheme, depth)
+    }
+
+    /// The same from a topology that is at hand: of a mesh, a [`Level`] or a [`Channel`](crate::Channel). Under Loop all its
+    /// faces must be triangles.
+    ///
+    /// # Errors
+    /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
+    pub fn from_topology(control: Topology, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
+        let split = scheme.split();
+        let mut counts = Counts::of(&control);
+        for _ in 0..depth {
+            counts = counts.refined(split)?;
+        }
+        let numbering = Numbering::new(&control, split, depth);
+        let rings = if depth == 0 { None } else { FaceRings::new(&control, scheme, WIDEST_RING)? };
+        let method = match rings {
+            Some(rings) => {
+                let trees = TileTrees::compile(&control, scheme, &rings.representatives, depth);
+                Method::Trees(Box::new(Plan { rings, trees, single: OnceLock::new(), double: OnceLock::new() }))
+            }
+            None => {
+                let mut levels = Vec::with_capacity(depth as usize);
+                for _ in 0..depth {
+                    let next =
+                        levels.last().map_or_else(|| Ok(Level::from_topology(control.clone(), scheme)), Level::refine);
+                    levels.push(next?);
+                }
+                Method::Levels(levels)
+            }
+        };
+        Ok(Self { control, scheme, depth, counts, numbering, method })
+    }
+
+    /// The control mesh's half-edge tables.
+    pub fn control(&self) -> &Topology {
+        &self.control
+    }
+
+    /// The scheme that refines it.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
+    /// How many steps of refinement this is.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// Number of vertices of the level.
+    pub fn vertex_count(&self) -> usize {
+        self.counts.vertices
+    }
+
+    /// Number of faces of the level.
+    pub fn face_count(&self) -> usize {
+        self.counts.faces
+    }
+
+    /// Number of edges of the level.
+    pub fn edge_count(&self) -> usize {
+        self.counts.edges
+    }
+
+    /// Corners of every face of the level, 4, or 3 under Loop; none at depth 0, where faces are those of the control mesh.
+    pub fn sides(&self) -> Option<usize> {
+        (self.depth > 0).then(|| self.scheme.patch_sides())
+    }
+
+    /// Start of every face in [`corners`](Self::corners), and the end of the last one.
+    pub fn face_offsets(&self) -> Vec<u32> {
+        match self.sides() {
+            None => self.control.face_offsets().to_vec(),
+            Some(sides) => (0..=self.counts.faces as u32).into_par_iter().map(|f| f * sides as u32).collect(),
+        }
+    }
+
+    /// The control face that a face of the level lies in.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn control_face(&self, face: Face) -> Face {
+        assert!(face.index() < self.counts.faces, "face {face} of {}", self.counts.faces);
+        match (self.scheme.split(), self.depth) {
+            (_, 0) => face,
+            (SplitKind::Quads, depth) => self.control.face(HalfEdge(face.0 >> (2 * (depth - 1)))),
+            (SplitKind::Triangles, depth) => Face(face.0 >> (2 * depth)),
+        }
+    }
+
+    /// The vertices of all faces of the level, face after face, counter-clockwise.
+    pub fn corners(&self) -> Vec<u32> {
+        let mut out = vec![0; self.counts.half_edges];
+        self.corners_into(&mut out);
+        out
+    }
+
+    /// [`corners`](Self::corners) into memory that is at hand.
+    ///
+    /// # Panics
+    /// If `out` has not one entry per corner.
+    pub fn corners_into(&self, out: &mut [u32]) {
+        assert_eq!(out.len(), self.counts.half_edges, "one entry per corner of the level");
+        if self.depth == 0 {
+            return out.copy_from_slice(self.control.corners());
+        }
+        self.numbering.write_corners(&self.control, out);
+    }
+
+    /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`, relative
+    /// to a control point nearby.
+    ///
+    /// # Panics
+    /// If `values` has not one row per vertex of the control mesh.
+    pub fn refine<T: Real, const N: usize>(&self, values: &[[T; N]]) -> Vec<[T; N]> {
+        if let Method::Levels(levels) = &self.method {
+            return refine_by_levels(levels, values, self.control.vertex_count());
+        }
+        let mut out = vec![[T::default(); N]; self.counts.vertices];
+        self.refine_into(values, &mut out);
+        out
+    }
+
+    /// [`refine`](Self::refine) into memory that is at hand.
+    ///
+    /// # Panics
+    /// If `values` has not one row per vertex of the control mesh, or `out` not one per vertex of the level.
+    pub fn refine_into<T: Real, const N: usize>(&self, values: &[[T; N]], out: &mut [[T; N]]) {
+        assert_eq!(values.len(), self.control.vertex_count(), "one value per vertex of the control mesh");
+        assert_eq!(out.len(), self.counts.vertices, "one value per vertex of the level");
+        match &self.method {
+            Method::Levels(levels) => {
+                out.copy_from_slice(&refine_by_levels(levels, values, self.control.vertex_count()));
+            }
+            Method::Trees(plan) => {
+                let maps = plan.maps::<T>(self.scheme.split());
+                let (control, numbering) = (&self.control, &self.numbering);
+                super::scatter::refine(
+                    &Sources { control, rings: &plan.rings, trees: &plan.trees, maps, numbering },
+                    values,
+                    out,
+                );
+            }
+        }
+    }
+
+    /// Heap memory in bytes, the control mesh's tables left out.
+    pub fn bytes(&self) -> usize {
+        let method = match &self.method {
+            Method::Levels(_) => 0,
+            Method::Trees(plan) => {
+                let maps = plan.single.get().map_or(0, Maps::bytes) + plan.double.get().map_or(0, Maps::bytes);
+                plan.rings.bytes() + plan.trees.bytes() + maps
+            }
+        };
+        method + self.numbering.bytes()
+    }
+}
+
+/// Everything that values are made from.
+pub(super) struct Sources<'a, T> {
+    pub control: &'a Topology,
+    pub rings: &'a FaceRings,
+    pub trees: &'a TileTrees,
+    pub maps: &'a Maps<T>,
+    pub numbering: &'a Numbering,
+}
+
+fn refine_by_levels<T: Real, const N: usize>(levels: &[Level], values: &[[T; N]], count: usize) -> Vec<[T; N]> {
+    assert_eq!(values.len(), count, "one value per vertex of the control mesh");
+    levels.iter().fold(values.to_vec(), |values, level| level.refine_values(&values))
+}

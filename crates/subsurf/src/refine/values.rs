@@ -1,0 +1,256 @@
+//! Values of a refinement: the maps of all trees in the caller's precision, applied to the rings of control points.
+//!
+//! Sums are formed relative to one point of the ring, so that constants come out exactly and distance from the origin costs
+//! no digits. A regular quad is refined along u, then along v; tiles with one or two levels to come are one matrix; all others are
+//! one step of refinement and their children.
+
+use super::compose::{Composer, Placed, corners};
+use super::tile_trees::{ChildKind, Node, TileTrees};
+use crate::kernel::{LANES, Matrix, vectorized};
+use crate::real::Real;
+use crate::scheme::SplitKind;
+use rayon::prelude::*;
+
+/// Tiles with so many levels to come are one matrix. Larger: matrices of more rows than the rings of the children have
+/// points; smaller: steps for tiles of a few vertices.
+const DENSE_LEVELS: [usize; 2] = [2, 3];
+
+/// A node in the caller's precision.
+enum Map<T> {
+    /// All vertices of the tile over its ring.
+    Dense(Matrix<T>),
+    /// The refined points over the ring.
+    Step(Matrix<T>),
+}
+
+/// Trees in the caller's precision.
+pub(super) struct Maps<T> {
+    split: SplitKind,
+    tiers: Vec<Vec<Map<T>>>,
+    /// By levels to come: coefficients of a regular grid along one axis.
+    regular: Vec<Regular<T>>,
+    /// By levels to come: cells of a triangle, which is half a square.
+    cells: Vec<Vec<u32>>,
+}
+
+/// Coefficients of the points of a regular grid along one axis.
+struct Regular<T> {
+    rows: Vec<[T; 4]>,
+}
+
+impl<T: Real> Maps<T> {
+    /// Rounds the weights of all nodes, in parallel.
+    pub fn new(trees: &TileTrees, split: SplitKind) -> Self {
+        let levels = trees.tiers.len();
+        let dense = DENSE_LEVELS[usize::from(split == SplitKind::Triangles)];
+        let composer = Composer { trees, split };
+        let cells: Vec<Vec<u32>> = (0..=levels)
+            .map(|left| match split {
+                SplitKind::Triangles if left <= dense => {
+                    let size = 1u32 << left;
+                    (0..=size).flat_map(|j| (0..=size - j).map(move |i| j * (size + 1) + i)).collect()
+                }
+                _ => Vec::new(),
+            })
+            .collect();
+        let map = |tier: usize, index: usize, node: &Node| {
+            let left = levels - tier;
+            if left > dense || node.children.len() != 4 {
+                return Map::Step(step(node));
+            }
+            let rows = composer.node(tier, index);
+            let cell = |i: usize| if split == SplitKind::Triangles { cells[left][i] as usize } else { i };
+            let samples =
+                if split == SplitKind::Triangles { cells[left].len() } else { rows.weights.len() / node.ring };
+            Map::Dense(Matrix::new(samples, node.ring, |i, p| rows.row(cell(i))[p]))
+        };
+        let tiers = trees
+            .tiers
+            .iter()
+            .enumerate()
+            .map(|(tier, nodes)| nodes.par_iter().enumerate().map(|(i, node)| map(tier, i, node)).collect())
+            .collect();
+        let regular = (0..=levels)
+            .map(|left| Regular {
+                rows: trees.regular.repeated(left as u32).iter().map(|r| r.map(T::from_f64)).collect(),
+            })
+            .collect();
+        Self { split, tiers, regular, cells }
+    }
+
+    /// Heap memory in bytes.
+    pub fn bytes(&self) -> usize {
+        let map = |map: &Map<T>| {
+            let (Map::Dense(matrix) | Map::Step(matrix)) = map;
+            matrix.bytes() + size_of::<Map<T>>()
+        };
+        self.tiers.iter().flatten().map(map).sum()
+    }
+}
+
+fn step<T: Real>(node: &Node) -> Matrix<T> {
+    let mut dense = vec![0.0; node.points() * node.ring];
+    for point in 0..node.points() {
+        node.terms(point).iter().for_each(|&(p, w)| dense[point * node.ring + p as usize] += w);
+    }
+    Matrix::new(node.points(), node.ring, |i, p| dense[i * node.ring + p])
+}
+
+/// Fills grids of cells with values; keeps its memory.
+pub(super) struct Filler<'a, T, const N: usize> {
+    trees: &'a TileTrees,
+    maps: &'a Maps<T>,
+    /// Refined points, by tier.
+    points: Vec<Vec<[T; N]>>,
+    ring: Vec<[T; N]>,
+    tile: Vec<[T; N]>,
+    curves: Vec<T>,
+}
+
+impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
+    pub fn new(trees: &'a TileTrees, maps: &'a Maps<T>) -> Self {
+        let points = maps.tiers.iter().map(|_| Vec::new()).collect();
+        Self { trees, maps, points, ring: Vec::new(), tile: Vec::new(), curves: Vec::new() }
+    }
+
+    /// All vertices of root `root`, whose ring is given relative to `base`; tiles one after another where the face is no
+    /// quad.
+    pub fn root(&mut self, root: usize, ring: &[[T; N]], base: [T; N], size: usize, out: &mut [[T; N]]) {
+        self.node(0, root, ring, base, Placed::alone(size), size, out);
+    }
+
+    /// All vertices of a quad with four plain corners.
+    pub fn plain(&mut self, ring: &[[T; N]; 16], base: [T; N], size: usize, out: &mut [[T; N]]) {
+        let regular = &self.maps.regular[size.ilog2() as usize];
+        let curves = &mut self.curves;
+        vectorized(
+            #[inline(always)]
+            || regular.fill(ring, base, curves, out),
+        );
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn node(
+        &mut self,
+        tier: usize,
+        node: usize,
+        ring: &[[T; N]],
+        base: [T; N],
+        at: Placed,
+        size: usize,
+        out: &mut [[T; N]],
+    ) {
+        let matrix = match &self.maps.tiers[tier][node] {
+            Map::Dense(matrix) => return self.dense(matrix, ring, base, at, size, out),
+            Map::Step(matrix) => matrix,
+        };
+        let mut points = std::mem::take(&mut self.points[tier]);
+        points.resize(matrix.samples(), [T::default(); N]);
+        let to = &mut points[..];
+        vectorized(
+            #[inline(always)]
+            || matrix.apply(ring, [T::default(); N], to),
+        );
+        let children = &self.trees.tiers[tier][node].children;
+        let split = self.maps.split;
+        for (c, child) in children.iter().enumerate() {
+            let (at, size) = if children.len() == 4 {
+                (at.child(split, size, c), size / 2)
+            } else {
+                (Placed { origin: at.origin + c * (size + 1) * (size + 1), ..at }, size)
+            };
+            match child.kind {
+                ChildKind::Node(node) => {
+                    let mut ring = std::mem::take(&mut self.ring);
+                    ring.clear();
+                    ring.extend(child.ring.iter().map(|&p| points[p as usize]));
+                    self.node(tier + 1, node as usize, &ring, base, at, size, out);
+                    self.ring = ring;
+                }
+                ChildKind::Regular => {
+                    let ring = std::array::from_fn(|k| points[child.ring[k] as usize]);
+                    let mut tile = std::mem::take(&mut self.tile);
+                    tile.resize((size + 1) * (size + 1), [T::default(); N]);
+                    self.plain(&ring, base, size, &mut tile);
+                    copy_rows(&tile, at, size, out);
+                    self.tile = tile;
+                }
+                ChildKind::Corners => {
+                    for (&(i, j), &p) in corners(split).iter().zip(&child.ring) {
+                        let point = points[p as usize];
+                        out[at.cell(i, j)] = std::array::from_fn(|c| base[c] + point[c]);
+                    }
+                }
+            }
+        }
+        self.points[tier] = points;
+    }
+
+    fn dense(
+        &mut self,
+        matrix: &Matrix<T>,
+        ring: &[[T; N]],
+        base: [T; N],
+        at: Placed,
+        size: usize,
+        out: &mut [[T; N]],
+    ) {
+        self.tile.resize(matrix.samples(), [T::default(); N]);
+        let tile = &mut self.tile[..];
+        vectorized(
+            #[inline(always)]
+            || matrix.apply(ring, base, tile),
+        );
+        if self.maps.split == SplitKind::Quads {
+            return copy_rows(tile, at, size, out);
+        }
+        let cells = &self.maps.cells[size.ilog2() as usize];
+        for (&cell, value) in cells.iter().zip(tile) {
+            out[at.cell(cell as usize % (size + 1), cell as usize / (size + 1))] = *value;
+        }
+    }
+}
+
+/// Rows of a tile by itself into the grid that it is part of.
+fn copy_rows<V: Copy>(tile: &[V], at: Placed, size: usize, out: &mut [V]) {
+    for (j, row) in tile.chunks_exact(size + 1).enumerate() {
+        out[at.cell(0, j)..][..size + 1].copy_from_slice(row);
+    }
+}
+
+impl<T: Real> Regular<T> {
+    /// Along u for each of the four rows of points, then along v for whole rows of values at once.
+    #[inline(always)]
+    fn fill<const N: usize>(&self, ring: &[[T; N]; 16], base: [T; N], curves: &mut Vec<T>, out: &mut [[T; N]]) {
+        let length = self.rows.len() * N;
+        // Rows of whole blocks; the last row is the base.
+        let width = length.next_multiple_of(LANES);
+        curves.resize(5 * width, T::default());
+        for (i, a) in self.rows.iter().enumerate() {
+            for y in 0..4 {
+                for c in 0..N {
+                    let p = |x: usize| ring[4 * y + x][c];
+                    curves[y * width + i * N + c] = a[0] * p(0) + a[1] * p(1) + a[2] * p(2) + a[3] * p(3);
+                }
+            }
+            curves[4 * width + i * N..][..N].copy_from_slice(&base);
+        }
+        let (curves, _) = curves.as_chunks::<LANES>();
+        let blocks = width / LANES;
+        let flat = out.as_flattened_mut();
+        for (j, b) in self.rows.iter().enumerate() {
+            let row = &mut flat[j * length..][..length];
+            for k in 0..blocks {
+                let mut sum = [T::default(); LANES];
+                for lane in 0..LANES {
+                    let p = |y: usize| curves[y * blocks + k][lane];
+                    let q = b[0] * p(0) + b[1] * p(1) + b[2] * p(2) + b[3] * p(3);
+                    sum[lane] = p(4) + q;
+                }
+                let part = &mut row[k * LANES..];
+                let count = part.len().min(LANES);
+                part[..count].copy_from_slice(&sum[..count]);
+            }
+        }
+    }
+}

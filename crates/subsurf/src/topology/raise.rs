@@ -1,0 +1,40 @@
+//! By how much the finite sharpness round a face may be lowered together without any one-step rule noticing.
+//!
+//! The rules of one refinement step look at a finite sharpness `s` only as far as it is at most 1: a larger one means
+//! "sharp now and sharp after the step", whatever its value, and `s - 1` one level down. So where the lowest finite
+//! sharpness round a face is above 2, all of them may be lowered by a whole number, the *raise*, that leaves the lowest
+//! in (1, 2]; what lies round the face is then a *base* with a raise, and base + raise refines like the base does, to
+//! base + (raise - 1). Subtracting whole numbers from numbers below 10 is exact.
+//!
+//! Under Chaikin's rule nothing is lowered: its averages move the fractions at every level.
+
+use super::Tables;
+use crate::index::Face;
+use crate::sharpness::is_semi_sharp;
+use crate::tags::Creasing;
+
+/// The lowest finite sharpness at the corners of a face, of edges, vertices and whatever else the rules see there.
+pub(crate) fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> {
+    let mut lowest = f64::INFINITY;
+    let mut note = |s: f64| lowest = if is_semi_sharp(s) { lowest.min(s) } else { lowest };
+    for v in (0..t.sides(face)).map(|c| t.origin(t.half_edge(face, c))) {
+        note(t.vertex_sharpness(v));
+        t.sharp_edges(v).for_each(|e| note(t.edge_sharpness(e)));
+        [t.foreign_sharpness(v), t.across_seam(v)].iter().for_each(|list| list.iter().for_each(|&s| note(s)));
+    }
+    (lowest < f64::INFINITY).then_some(lowest)
+}
+
+/// The whole number that lowers the lowest finite sharpness at the corners of a face into (0, 1]; 0 where there is none.
+/// A raise is this less 1, and not below 0.
+pub(crate) fn excess(t: &impl Tables, face: Face) -> u8 {
+    if t.rules().creasing == Creasing::Chaikin {
+        return 0;
+    }
+    lowest_semi_sharpness(t, face).map_or(0, |s| s.ceil() as u8 - 1)
+}
+
+/// Sharpness `s` with all that is finite lowered by `raise`.
+pub(crate) fn lowered(s: f64, raise: i8) -> f64 {
+    if is_semi_sharp(s) { (s - f64::from(raise)).max(0.0) } else { s }
+}

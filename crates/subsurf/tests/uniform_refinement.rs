@@ -1,0 +1,139 @@
+//! Laws of uniform refinement in one step: it says what refinement level by level says, on all shapes and on random meshes.
+
+mod random_mesh;
+
+use random_mesh::{Mesh, for_all, recipe};
+use subsurf::shapes;
+use subsurf::{Channel, ControlMesh, Face, FaceVarying, Level, Real, Scheme, Tags, UniformRefinement};
+
+type Law = fn(&ControlMesh, &[[f64; 3]], Scheme) -> Result<(), String>;
+
+/// Checks a law on all shapes and on as many random meshes, under all schemes.
+fn everywhere(cases: u32, law: Law) {
+    let quads = shapes::all().into_iter().chain(shapes::tagged());
+    let triangles = || shapes::all_triangles().into_iter().chain([shapes::pillow()]);
+    for shape in quads.chain(triangles()) {
+        for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
+            law(&shape.mesh, &shape.positions, scheme).unwrap_or_else(|e| panic!("{} {scheme:?}: {e}", shape.name));
+        }
+    }
+    for shape in triangles() {
+        law(&shape.mesh, &shape.positions, Scheme::Loop).unwrap_or_else(|e| panic!("{} Loop: {e}", shape.name));
+    }
+    for_all(recipe(), cases, 31, |recipe| {
+        let Mesh { mesh, positions } = recipe.mesh();
+        law(&mesh, &positions, Scheme::CatmullClark)?;
+        law(&mesh, &positions, Scheme::Bilinear)?;
+        law(&triangulated(&mesh), &positions, Scheme::Loop).map_err(|e| format!("Loop: {e}"))
+    });
+}
+
+/// The mesh with its faces cut into triangles from their first corners.
+fn triangulated(mesh: &ControlMesh) -> ControlMesh {
+    let fan = |face: &[u32]| (1..face.len() - 1).map(|i| [face[0], face[i], face[i + 1]]).collect::<Vec<_>>();
+    let faces: Vec<[u32; 3]> = mesh.faces().flat_map(fan).collect();
+    let tags = Tags { holes: Vec::new(), ..mesh.tags().clone() };
+    ControlMesh::from_counts(mesh.vertex_count(), &vec![3; faces.len()], faces.concat(), tags).unwrap()
+}
+
+fn require(ok: bool, what: impl Fn() -> String) -> Result<(), String> {
+    if ok { Ok(()) } else { Err(what()) }
+}
+
+/// Deep enough for every kind of tile, but no deeper on larger meshes.
+fn depth_for(mesh: &ControlMesh) -> u32 {
+    if mesh.face_count() < 40 { 4 } else { 2 }
+}
+
+/// Faces as those of levels, and values as theirs up to `error` times the largest one.
+fn check<T: Real, const N: usize>(control: &Level, values: &[[T; N]], depth: u32, error: f64) -> Result<(), String> {
+    let refinement = UniformRefinement::from_topology(control.topology().clone(), control.scheme(), depth).unwrap();
+    let (mut level, mut expected) = (control.clone(), values.iter().map(|v| v.map(T::to_f64)).collect::<Vec<_>>());
+    let mut parent: Vec<u32> = (0..control.topology().face_count() as u32).collect();
+    let unit = expected.iter().flatten().fold(0.0, |unit, x| f64::max(unit, x.abs()));
+    for _ in 0..depth {
+        parent = level.refine_face_values(&parent);
+        expected = level.refine_values(&expected);
+        level = level.refine().unwrap();
+    }
+    let t = level.topology();
+    let counts = [refinement.vertex_count(), refinement.edge_count(), refinement.face_count()];
+    require(counts == [t.vertex_count(), t.edge_count(), t.face_count()], || format!("depth {depth}: {counts:?}"))?;
+    require(refinement.corners() == t.corners(), || format!("depth {depth}: faces"))?;
+    require(refinement.face_offsets() == t.face_offsets(), || format!("depth {depth}: sizes of faces"))?;
+    let same_parents = parent.iter().enumerate().all(|(f, &p)| refinement.control_face(Face::new(f)) == Face(p));
+    require(same_parents, || format!("depth {depth}: control faces"))?;
+    for (v, (a, b)) in refinement.refine(values).iter().zip(&expected).enumerate() {
+        let apart = (0..N).map(|c| (a[c].to_f64() - b[c]).abs()).fold(0.0, f64::max) / unit;
+        require(apart < error, || format!("depth {depth} vertex {v}: {apart:.1e} from refinement"))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn one_step_is_refinement_level_by_level() {
+    everywhere(60, |mesh, points, scheme| {
+        let control = Level::new(mesh, scheme).unwrap();
+        for depth in 0..=depth_for(mesh) {
+            // Each of four levels adds up to a hundred terms, which sum to the unit, with 1e-16 each; they average.
+            check(&control, points, depth, 1e-14)?;
+            // Three sums of some twenty terms with 6e-8 each, relative to a point as far away as twice the unit.
+            let single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| x as f32)).collect();
+            check(&control, &single, depth, 1e-6)?;
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn any_level_may_hold_the_control_points() {
+    everywhere(10, |mesh, points, scheme| {
+        let control = Level::new(mesh, scheme).unwrap();
+        check(&control.refine().unwrap(), &control.refine_values(points), depth_for(mesh) - 1, 1e-14)
+    });
+}
+
+#[test]
+fn channels_are_refined_as_level_by_level() {
+    everywhere(10, |mesh, points, scheme| {
+        let control = Level::new(mesh, scheme).unwrap();
+        let t = control.topology();
+        // Seams wherever one of five neighbours disagrees: three values to every vertex.
+        let values: Vec<[f64; 2]> =
+            (0..3 * points.len()).map(|i| [points[i / 3][0] + (i % 3) as f64, points[i / 3][1]]).collect();
+        let corners: Vec<u32> = (0..t.face_count())
+            .flat_map(|f| t.face_vertices(Face::new(f)).iter().map(move |&v| 3 * v + (f % 5 / 2) as u32))
+            .collect();
+        for rule in [FaceVarying::CornersPlus1, FaceVarying::Boundaries, FaceVarying::All] {
+            let channel = Channel::face_varying(t, scheme, values.len(), &corners, rule).unwrap();
+            check(&channel.level(), &channel.rows(&values), depth_for(mesh), 1e-14)
+                .map_err(|e| format!("{rule:?}: {e}"))?;
+        }
+        check(&Channel::varying(t, scheme).level(), points, depth_for(mesh), 1e-14)
+    });
+}
+
+#[test]
+fn constants_come_out_exactly_and_threads_change_no_bit() {
+    everywhere(10, |mesh, points, scheme| {
+        let refinement = UniformRefinement::new(mesh, scheme, 3).unwrap();
+        let constant = vec![[0.1f32, -7.3, 1e9]; points.len()];
+        require(refinement.refine(&constant).iter().all(|v| *v == constant[0]), || "a constant changes".to_owned())?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let here = refinement.refine(points);
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let there = |pool: &rayon::ThreadPool| {
+            pool.install(|| UniformRefinement::new(mesh, scheme, 3).unwrap().refine(points)) == here
+        };
+        require(there(&pool) && there(&one), || "threads change bits".to_owned())
+    });
+}
+
+#[test]
+fn poles_and_large_polygons_are_refined_too() {
+    for shape in [shapes::interior_vertex(70), shapes::cone(300), shapes::cone(40)] {
+        let control = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        // More terms, but of masks whose weights are the smaller.
+        check(&control, &shape.positions, 2, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+    }
+}

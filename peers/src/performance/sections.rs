@@ -1,0 +1,180 @@
+//! What is measured: sections, each on some meshes. One section on one mesh runs in a process of its own.
+
+mod build;
+mod creases;
+mod edits;
+mod limit;
+mod memory;
+mod refine;
+mod stencils;
+mod tessellate;
+mod threads;
+
+use super::case::{CAR, CHARACTER, Case, HEAD, SHOES};
+use super::contest::{Contest, Effort};
+use super::record::Record;
+use crate::opensubdiv::CShape;
+
+/// What a section gets.
+pub struct Context<'a> {
+    pub case: &'a Case,
+    /// The mesh in C's terms; nobody's time to make.
+    pub mesh: CShape<'a>,
+    pub effort: Effort,
+    /// Who is left out, and why.
+    pub without: Vec<(String, String)>,
+    pub quick: bool,
+}
+
+/// Results as they come.
+pub type Emit<'a> = &'a mut dyn FnMut(Record);
+
+/// A part of the document.
+pub struct Section {
+    pub name: &'static str,
+    pub title: &'static str,
+    pub meshes: &'static [&'static str],
+    /// Of a quick run.
+    pub quick: &'static [&'static str],
+    pub run: fn(&Context<'_>, Emit<'_>) -> Result<(), String>,
+}
+
+const C10K: &str = "cage_10k";
+const C100K: &str = "cage_100k";
+const C1M: &str = "cage_1m";
+const C10M: &str = "cage_10m";
+
+/// In the order of the document.
+pub const SECTIONS: [Section; 12] = [
+    Section {
+        name: "build",
+        title: "Build: from face lists to a surface that is ready to evaluate",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
+        quick: &[CAR, C10K],
+        run: build::run,
+    },
+    Section {
+        name: "refine",
+        title: "Uniform refinement, cold: from face lists and positions to positions and faces of a level",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
+        quick: &[CAR, C10K],
+        run: refine::cold,
+    },
+    Section {
+        name: "animation",
+        title: "Uniform refinement, warm: new positions on the same mesh",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
+        quick: &[CAR, C10K],
+        run: refine::warm,
+    },
+    Section {
+        name: "tessellate",
+        title: "Tessellation of the limit surface",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
+        quick: &[CAR],
+        run: tessellate::run,
+    },
+    Section {
+        name: "stencils",
+        title: "Stencil tables",
+        meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
+        quick: &[CAR],
+        run: stencils::refined,
+    },
+    Section {
+        name: "limit",
+        title: "Evaluation: position and first derivatives at random places",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
+        quick: &[CAR, C10K],
+        run: limit::run,
+    },
+    Section {
+        name: "limit-stencils",
+        title: "Limit stencils of position and first derivatives",
+        meshes: &[CAR, SHOES, CHARACTER, C10K],
+        quick: &[CAR],
+        run: stencils::limit,
+    },
+    Section {
+        name: "creases",
+        title: "Creases: the Car with all its creases at one sharpness",
+        meshes: &[CAR],
+        quick: &[CAR],
+        run: creases::run,
+    },
+    Section {
+        name: "memory",
+        title: "Memory",
+        meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
+        quick: &[CAR, C10K],
+        run: memory::run,
+    },
+    Section {
+        name: "threads",
+        title: "Threads",
+        meshes: &[CHARACTER, C100K, C1M],
+        quick: &[CHARACTER],
+        run: threads::run,
+    },
+    Section { name: "edits", title: "Local edits", meshes: &[CHARACTER, C100K, C1M], quick: &[C10K], run: edits::run },
+    Section {
+        name: "scaling",
+        title: "Scaling: build and refinement of cages that grow",
+        meshes: &[C10K, C100K, C1M, C10M],
+        quick: &[C10K, C100K],
+        run: build::scaling,
+    },
+];
+
+impl Context<'_> {
+    fn run(&self, contest: Contest<'_>, emit: Emit<'_>) {
+        emit(contest.run(self.effort, &self.without));
+    }
+
+    /// Whether so many faces are few enough for a rival that takes long over each; who is left out says why.
+    fn at_most(&self, faces: usize) -> Result<(), String> {
+        let most = if self.quick { faces / 3 } else { faces };
+        if self.case.faces() <= most { Ok(()) } else { Err("not run: takes too long".to_string()) }
+    }
+
+    fn control(&self) -> &[[f32; 3]] {
+        &self.case.control
+    }
+}
+
+/// A remark where two lists of points differ by more than single precision explains, as multiples of the mesh's size.
+fn agreement(case: &Case, ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> String {
+    if ours.len() != theirs.len() {
+        return format!("has {} points, ours {}", theirs.len(), ours.len());
+    }
+    let apart = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    let most = ours.iter().zip(theirs).map(apart).fold(0.0, f32::max);
+    remark(f64::from(most) / case.shape.diagonal())
+}
+
+/// The same for lists in different orders: their means, and the means of their squares.
+fn agreement_in_any_order(case: &Case, ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> String {
+    if ours.len() != theirs.len() {
+        return format!("has {} points, ours {}", theirs.len(), ours.len());
+    }
+    let [ours, theirs] = [ours, theirs].map(moments);
+    remark(moments_apart(&ours, &theirs) / case.shape.diagonal())
+}
+
+/// Mean, and root of the mean square, of every coordinate.
+fn moments(points: &[[f32; 3]]) -> [f64; 6] {
+    let n = points.len() as f64;
+    std::array::from_fn(|i| {
+        let each = points.iter().map(|p| f64::from(p[i % 3]));
+        if i < 3 { each.sum::<f64>() / n } else { (each.map(|x| x * x).sum::<f64>() / n).sqrt() }
+    })
+}
+
+fn moments_apart(ours: &[f64], theirs: &[f64]) -> f64 {
+    ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Sums of a few dozen terms in single precision stay below a few of its units, of which there are 2²³ in 1.
+fn remark(apart: f64) -> String {
+    if apart < 1e-5 { String::new() } else { format!("differs by {apart:.1e} of the size") }
+}
