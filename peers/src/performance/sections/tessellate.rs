@@ -17,8 +17,8 @@ const LEVEL: u32 = 3;
 
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, mesh) = (context.case, &context.mesh);
-    // Faces 4^level times: a few million points at most.
-    let level = if case.faces() > 50_000 { LEVEL - 1 } else { LEVEL };
+    // About a million points at most.
+    let level = if case.faces() > 10_000 { LEVEL - 1 } else { LEVEL };
     let rate = 1 << level;
     let grid = Places::grid(case, rate).by_face();
     let ptex = grid.ptex();
