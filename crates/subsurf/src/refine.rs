@@ -10,7 +10,7 @@ mod quad_split;
 mod split;
 mod tri_split;
 
-pub(crate) use next_level::NextLevel;
+pub(crate) use next_level::{NextHalfEdges, NextLevel};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};

@@ -23,7 +23,7 @@ mod tables;
 pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
-pub(crate) use raise::{excess, lowered, lowest_semi_sharpness};
+pub(crate) use raise::{Lowest, excess, lowered};
 pub(crate) use tables::Tables;
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
