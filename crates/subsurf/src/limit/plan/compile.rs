@@ -36,15 +36,11 @@ impl Plans {
         let mut numbers = Numbers::default();
         let starts: Vec<MadeLink> = places
             .par_iter()
-            .map_init(Scratch::default, |scratch, &(face, corner)| {
-                let (face, raise) = (Face(face), Lowest::of(mesh, Face(face)).raise());
-                link(
-                    mesh,
-                    Place { face, start: corner, raise: raise as i8 },
-                    raise,
-                    &Keys::default(),
-                    &mut scratch.around,
-                )
+            .map_init(Walked::default, |around, &(face, corner)| {
+                let raise = Lowest::of(mesh, Face(face)).raise();
+                let place = Place { face: Face(face), start: corner, raise: raise as i8 };
+                around.go(mesh, place);
+                link(&around.list, place, raise, &Keys::default())
             })
             .collect();
         let plans = starts.into_iter().map(|start| numbers.link(start, None)).collect();
@@ -228,12 +224,16 @@ impl Compiler<'_> {
             let lowest = Lowest::of(&next, face);
             let turn = canonical_corner_lowered(&next, face, lowest.excess());
             let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
-            let low = link(&next, place, lowest.raise(), known, around);
+            around.go(&next, place);
+            let low = link(&around.list, place, lowest.raise(), known);
             let ring = around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)).collect();
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
             let has_lowest = can_rise && lowest.ends();
-            let high = has_lowest.then(|| link(&next, Place { raise: -1, ..place }, 0, known, around));
+            let high = has_lowest.then(|| {
+                around.list.lower(-1);
+                link(&around.list, Place { raise: -1, ..place }, 0, known)
+            });
             MadeChild { low, high, turn: turn as u8, ring }
         });
         let children: Vec<MadeChild> = children.collect();
@@ -328,13 +328,11 @@ impl RefinedPoints {
     }
 }
 
-/// What leads to the node at `place`, raised by `raise`.
-fn link(t: &impl Tables, place: Place, raise: u8, known: &Keys, around: &mut Walked) -> MadeLink {
-    around.go(t, place);
-    let key = &around.list.key[..];
-    let node = match known.get(key) {
+/// What leads to the node of `around`, which is at `place`, raised by `raise`.
+fn link(around: &Surroundings, place: Place, raise: u8, known: &Keys) -> MadeLink {
+    let node = match known.get(&around.key[..]) {
         Some(&node) => MadeNode::Known(node),
-        None => MadeNode::New(key.into()),
+        None => MadeNode::New(around.key[..].into()),
     };
     MadeLink { place, raise, node }
 }
