@@ -20,7 +20,7 @@ mod values;
 
 pub use uniform::UniformRefinement;
 
-pub(crate) use next_level::NextLevel;
+pub(crate) use next_level::{NextHalfEdges, NextLevel};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};

@@ -51,7 +51,11 @@ impl Cutter {
     fn faces(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
         let Self { cut, half_edges, .. } = self;
         let lists = [&mut *half_edges, &mut cut.face_offset, &mut cut.origin, &mut cut.twin];
-        lists.into_iter().for_each(Vec::clear);
+        for list in lists {
+            list.clear();
+            // Most faces are quads.
+            list.reserve(4 * around.faces.len() + 1);
+        }
         cut.face_offset.push(0);
         for &h in &around.faces {
             let mut at = HalfEdge(h);
@@ -84,6 +88,13 @@ impl Cutter {
         cut.edge_flags.clear();
         cut.edge_sharpness.clear();
         cut.far_half.clear();
+        cut.edge.reserve(half_edges.len());
+        // Euler's formula for a disc.
+        let count = around.ring.len() + around.faces.len();
+        edges.reserve(count);
+        cut.edge_half_edge.reserve(count);
+        cut.edge_vertices.reserve(count);
+        cut.edge_flags.reserve(count);
         // The face's own corners come first in the ring; a degenerate face names one twice.
         let own = own_corners(cut);
         for (i, &h) in half_edges.iter().enumerate() {
