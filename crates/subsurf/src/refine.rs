@@ -17,6 +17,11 @@ mod tri_split;
 mod uniform;
 mod values;
 
+pub(crate) use compose::{Composer, Placed, WeightRows, fill_regular};
+pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
+pub(crate) use numbering::{Counts, Numbering, Owner, Region};
+pub(crate) use split::runs_forward;
+pub(crate) use tile_trees::{Parent, TileTrees, refined_point};
 pub use uniform::UniformRefinement;
 
 use crate::index::{Edge, Face, Vertex};

@@ -6,7 +6,7 @@ use crate::scheme::SplitKind;
 
 /// Where a tile lies in a grid of cells: its corner 0, and whether its axes run backwards (the middle child of a triangle).
 #[derive(Clone, Copy)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     pub origin: usize,
     pub backwards: bool,
     /// Cells from row to row.
@@ -40,7 +40,7 @@ impl Placed {
 }
 
 /// Rows of weights, all of one width.
-pub(super) struct WeightRows {
+pub(crate) struct WeightRows {
     pub width: usize,
     pub weights: Vec<f64>,
 }
@@ -72,7 +72,7 @@ impl WeightRows {
 }
 
 /// Writes the weights of all vertices of a tile, made of `points`, into a grid of cells.
-pub(super) struct Composer<'a> {
+pub(crate) struct Composer<'a> {
     pub trees: &'a TileTrees,
     pub split: SplitKind,
 }
@@ -131,7 +131,7 @@ impl Composer<'_> {
 }
 
 /// Cells of the corners of a tile of one cell.
-pub(super) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
+pub(crate) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
     match split {
         SplitKind::Quads => &[(0, 0), (1, 0), (1, 1), (0, 1)],
         SplitKind::Triangles => &[(0, 0), (1, 0), (0, 1)],
@@ -139,7 +139,7 @@ pub(super) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
 }
 
 /// All vertices of a regular quad, over any rows of its sixteen points: along u, then along v.
-pub(super) fn fill_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
+pub(crate) fn fill_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
     let along = step.repeated(size.ilog2());
     let mut curves = WeightRows::zeros(4 * (size + 1), ring.width);
     for y in 0..4 {

@@ -8,19 +8,21 @@
 use super::face_rings::Distinct;
 use super::plain::{is_plain, plain_ring};
 use super::refined;
-use crate::index::{Edge, Face, Vertex};
+use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::Tags;
 use crate::topology::{Interpolation, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
+use std::borrow::Cow;
+use std::sync::{Mutex, PoisonError};
 
 /// Nodes a thread takes at a time. Fixed, so that nodes get the same numbers for any number of threads.
 const CHUNK: usize = 16;
 
 /// The trees of some faces, tier by tier: tier `d` is `d` levels below the faces.
-pub(super) struct TileTrees {
+pub(crate) struct TileTrees {
     pub tiers: Vec<Vec<Node>>,
     /// Coefficients of one refinement step of a regular grid, along one axis.
     pub regular: RegularStep,
@@ -28,7 +30,7 @@ pub(super) struct TileTrees {
 
 /// One step of refinement.
 #[derive(Debug, PartialEq)]
-pub(super) struct Node {
+pub(crate) struct Node {
     /// Number of points of the ring.
     pub ring: usize,
     /// By refined point: end of its terms.
@@ -40,7 +42,7 @@ pub(super) struct Node {
 
 /// A child of a node.
 #[derive(Debug, PartialEq)]
-pub(super) struct Child {
+pub(crate) struct Child {
     pub kind: ChildKind,
     /// Its ring, or corners, among the refined points.
     pub ring: Box<[u32]>,
@@ -48,10 +50,10 @@ pub(super) struct Child {
 
 /// How a child goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum ChildKind {
+pub(crate) enum ChildKind {
     /// As a node of the next tier.
     Node(u32),
-    /// As a regular grid: a quad with four plain corners, its ring that of [`plain_ring`].
+    /// As a regular grid: a quad with four plain corners; its ring is that of [`plain_ring`].
     Regular,
     /// No more: its ring is its corners.
     Corners,
@@ -78,7 +80,7 @@ impl Node {
 /// Refinement of a regular grid is the same along both axes, one after the other: from four points in a row at −1, 0, 1, 2
 /// to five at −½, 0, ½, 1, 1½.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RegularStep(pub [[f64; 4]; 5]);
+pub(crate) struct RegularStep(pub [[f64; 4]; 5]);
 
 impl RegularStep {
     /// Read off the mask of one edge of a regular grid: along the edge it is that of a new point between two old ones,
@@ -121,15 +123,21 @@ impl RegularStep {
 
 /// What a refined point belongs to.
 #[derive(Clone, Copy)]
-enum Parent {
+pub(crate) enum Parent {
     Vertex(Vertex),
     Face(Face),
     Edge(Edge),
 }
 
 impl Parent {
+    /// Number of vertices of the next level.
+    pub fn count(t: &Topology, scheme: Scheme) -> usize {
+        let faces = if scheme.split() == SplitKind::Quads { t.face_count() } else { 0 };
+        t.vertex_count() + faces + t.edge_count()
+    }
+
     /// Of vertex `v` of the next level.
-    fn of(t: &Topology, scheme: Scheme, v: u32) -> Self {
+    pub fn of(t: &Topology, scheme: Scheme, v: u32) -> Self {
         let vertices = t.vertex_count() as u32;
         let faces = if scheme.split() == SplitKind::Quads { t.face_count() as u32 } else { 0 };
         match v {
@@ -141,7 +149,13 @@ impl Parent {
 }
 
 /// Appends the terms of a refined point over the vertices of `t`; a vertex may come several times.
-fn refined_point(t: &Topology, scheme: Scheme, parent: Parent, mask: &mut Mask, terms: &mut Vec<(u32, f64)>) {
+pub(crate) fn refined_point(
+    t: &Topology,
+    scheme: Scheme,
+    parent: Parent,
+    mask: &mut Mask,
+    terms: &mut Vec<(u32, f64)>,
+) {
     mask.clear();
     match parent {
         Parent::Vertex(v) => vertex_mask(t, scheme, v, mask),
@@ -160,35 +174,20 @@ impl TileTrees {
     /// The trees of some faces of a mesh, `levels` steps deep, in parallel. The root of the i-th face is node `i` of tier 0.
     pub fn compile(t: &Topology, scheme: Scheme, faces: &[Face], levels: u32) -> Self {
         let regular = RegularStep::of(scheme, t.interpolation);
-        let cut = |f: &Face, walk: &mut Walk, around: &mut Surroundings| {
-            t.surroundings(*f, 0, walk, around);
-            t.cut_out(around)
-        };
-        let mut sources: Vec<Topology> = faces
-            .par_iter()
-            .map_init(Default::default, |(walk, around), f| cut(f, walk, around))
-            .collect();
+        let mut source = Source { t: Cow::Borrowed(t), faces: faces.to_vec() };
         let mut tiers = Vec::new();
         for left in (1..=levels).rev() {
-            let chunks: Vec<Compiled> =
-                sources.par_chunks(CHUNK).map(|chunk| Compiled::of_chunk(chunk, scheme, left)).collect();
-            sources = Vec::new();
-            let (mut nodes, mut known) = (Vec::new(), Distinct::default());
-            for Compiled { nodes: mut compiled, new } in chunks {
-                let mut renumber = Vec::with_capacity(new.len());
-                for (key, source) in new {
-                    let (number, is_new) = known.number_owned(key);
-                    renumber.push(number);
-                    sources.extend(is_new.then_some(source));
-                }
-                for child in compiled.iter_mut().flat_map(|node| &mut node.children) {
-                    if let ChildKind::Node(number) = &mut child.kind {
-                        *number = renumber[*number as usize];
-                    }
-                }
-                nodes.append(&mut compiled);
+            // The last refinement needs no topology, but its points' masks.
+            if left > 1 {
+                source = source.reduced();
             }
+            let fine = (left > 1).then(|| refined(&source.t, scheme));
+            let compiler = Compiler { t: &source.t, fine: fine.as_ref(), scheme };
+            let (nodes, faces) = compiler.nodes(&source.faces);
             tiers.push(nodes);
+            if let Some(fine) = fine {
+                source = Source { t: Cow::Owned(fine), faces };
+            }
         }
         Self { tiers, regular }
     }
@@ -205,87 +204,186 @@ impl TileTrees {
     }
 }
 
+/// The faces that nodes of one tier are made for, one for each, and a topology that holds their surroundings.
+struct Source<'a> {
+    t: Cow<'a, Topology>,
+    faces: Vec<Face>,
+}
+
+impl Source<'_> {
+    /// Without what does not surround the faces, where that is much.
+    fn reduced(self) -> Self {
+        // Nine faces lie round most quads.
+        if 18 * self.faces.len() > self.t.face_count() {
+            return self;
+        }
+        let t = &*self.t;
+        let (mut walk, mut around) = (Walk::default(), Surroundings::default());
+        let (mut part, mut own) = (Surroundings::default(), 0);
+        let mut number = vec![NONE; t.face_count()];
+        let mut is_listed = vec![false; t.vertex_count()];
+        for &f in &self.faces {
+            for &v in t.face_vertices(f) {
+                if !std::mem::replace(&mut is_listed[v as usize], true) {
+                    part.ring.push(v);
+                }
+            }
+        }
+        own += part.ring.len();
+        for &f in &self.faces {
+            t.surroundings(f, 0, &mut walk, &mut around);
+            for g in around.faces.iter().map(|&h| t.face(HalfEdge(h))) {
+                if number[g.index()] == NONE {
+                    number[g.index()] = part.faces.len() as u32;
+                    part.faces.push(t.first(g));
+                }
+            }
+            for &v in &around.ring {
+                if !std::mem::replace(&mut is_listed[v as usize], true) {
+                    part.ring.push(v);
+                }
+            }
+        }
+        let faces = self.faces.iter().map(|f| Face(number[f.index()])).collect();
+        Self { t: Cow::Owned(t.part(&part, own)), faces }
+    }
+}
+
+/// Makes the nodes of one tier.
+struct Compiler<'a> {
+    t: &'a Topology,
+    /// One level down; none where that is the last one.
+    fine: Option<&'a Topology>,
+    scheme: Scheme,
+}
+
 /// The nodes of some faces, those of their children numbered within the chunk.
 struct Compiled {
     nodes: Vec<Node>,
-    /// Distinct keys of children in order of appearance, each with the child's surroundings.
-    new: Vec<(Box<[u32]>, Topology)>,
+    /// Distinct keys of children in order of appearance, each with its first face.
+    new: Vec<(Box<[u32]>, Face)>,
 }
 
-impl Compiled {
-    fn of_chunk(sources: &[Topology], scheme: Scheme, left: u32) -> Self {
-        let mut compiler = Compiler {
-            scheme,
-            left,
-            known: Distinct::default(),
-            new: Vec::new(),
-            walk: Walk::default(),
-            around: Surroundings::default(),
-            mask: Mask::default(),
-        };
-        let nodes = sources.iter().map(|source| compiler.node(source)).collect();
-        Self { nodes, new: compiler.new }
-    }
-}
-
-struct Compiler {
-    scheme: Scheme,
-    /// Levels from the nodes to the last one.
-    left: u32,
-    known: Distinct<Box<[u32]>>,
-    new: Vec<(Box<[u32]>, Topology)>,
+/// Memory that is used again and again.
+#[derive(Default)]
+struct Scratch {
     walk: Walk,
     around: Surroundings,
+    fine_walk: Walk,
     mask: Mask,
+    /// Position in the ring, by vertex.
+    ring_slot: Vec<u32>,
+    /// Position among the refined points, by vertex one level down.
+    point_slot: Vec<u32>,
+    points: Vec<u32>,
+    point: Vec<(u32, f64)>,
 }
 
-impl Compiler {
-    /// The node of face 0 of a small topology whose vertices are the face's ring.
-    fn node(&mut self, t: &Topology) -> Node {
-        let fine = refined(t, self.scheme);
-        let count = match self.scheme.split() {
-            SplitKind::Quads => t.sides(Face(0)),
-            SplitKind::Triangles => 4,
-        };
-        let mut slots = Slots { of: vec![NONE; fine.vertex_count()], points: Vec::new() };
-        let children = (0..count as u32).map(|f| self.child(&fine, Face(f), &mut slots)).collect();
-        let (mut terms, mut term_end) = (Vec::new(), Vec::with_capacity(slots.points.len()));
-        for &v in &slots.points {
-            refined_point(t, self.scheme, Parent::of(t, self.scheme, v), &mut self.mask, &mut terms);
+impl Compiler<'_> {
+    /// Nodes of some faces in order, and the first face of every group of children.
+    fn nodes(&self, faces: &[Face]) -> (Vec<Node>, Vec<Face>) {
+        let pool = Mutex::new(Vec::new());
+        let lock = || pool.lock().unwrap_or_else(PoisonError::into_inner);
+        let chunks: Vec<Compiled> = faces
+            .par_chunks(CHUNK)
+            .map(|faces| {
+                let mut scratch = lock().pop().unwrap_or_else(|| Scratch {
+                    ring_slot: vec![NONE; self.t.vertex_count()],
+                    point_slot: vec![NONE; Parent::count(self.t, self.scheme)],
+                    ..Scratch::default()
+                });
+                let (mut known, mut new) = (Distinct::default(), Vec::new());
+                let nodes = faces.iter().map(|&f| self.node(f, &mut known, &mut new, &mut scratch)).collect();
+                lock().push(scratch);
+                Compiled { nodes, new }
+            })
+            .collect();
+        let (mut nodes, mut children, mut known) = (Vec::with_capacity(faces.len()), Vec::new(), Distinct::default());
+        for Compiled { nodes: mut compiled, new } in chunks {
+            let mut renumber = Vec::with_capacity(new.len());
+            for (key, face) in new {
+                let (number, is_new) = known.number_owned(key);
+                renumber.push(number);
+                children.extend(is_new.then_some(face));
+            }
+            for child in compiled.iter_mut().flat_map(|node| &mut node.children) {
+                if let ChildKind::Node(number) = &mut child.kind {
+                    *number = renumber[*number as usize];
+                }
+            }
+            nodes.append(&mut compiled);
+        }
+        (nodes, children)
+    }
+
+    fn node(
+        &self,
+        f: Face,
+        known: &mut Distinct<Box<[u32]>>,
+        new: &mut Vec<(Box<[u32]>, Face)>,
+        scratch: &mut Scratch,
+    ) -> Node {
+        let t = self.t;
+        t.surroundings(f, 0, &mut scratch.walk, &mut scratch.around);
+        scratch.around.ring.iter().zip(0..).for_each(|(&v, slot)| scratch.ring_slot[v as usize] = slot);
+        let ring = std::mem::take(&mut scratch.around.ring);
+
+        let faces = faces_within(t, self.scheme.split(), f);
+        let children = faces
+            .map(|child| match self.fine {
+                Some(fine) => Self::child(fine, self.scheme, child, known, new, scratch),
+                None => {
+                    let corners = child_corners(t, self.scheme.split(), f, child);
+                    Child { kind: ChildKind::Corners, ring: scratch.slots(&corners) }
+                }
+            })
+            .collect();
+        let points = std::mem::take(&mut scratch.points);
+        let (mut terms, mut term_end) = (Vec::with_capacity(8 * points.len()), Vec::with_capacity(points.len()));
+        for &v in &points {
+            scratch.point_slot[v as usize] = NONE;
+            scratch.point.clear();
+            let parent = Parent::of(t, self.scheme, v);
+            refined_point(t, self.scheme, parent, &mut scratch.mask, &mut scratch.point);
+            terms.extend(scratch.point.iter().map(|&(v, w)| (scratch.ring_slot[v as usize], w)));
             term_end.push(terms.len() as u32);
         }
-        Node { ring: t.vertex_count(), term_end, terms, children }
+        let node = Node { ring: ring.len(), term_end, terms, children };
+        (scratch.points, scratch.around.ring) = (points, ring);
+        scratch.points.clear();
+        node
     }
 
-    fn child(&mut self, t: &Topology, face: Face, slots: &mut Slots) -> Child {
-        if self.left == 1 {
-            return Child { kind: ChildKind::Corners, ring: slots.of_all(t.face_vertices(face)) };
-        }
-        let is_regular = self.scheme.split() == SplitKind::Quads
-            && t.face_vertices(face).iter().all(|&v| is_plain(t, Vertex(v)));
+    fn child(
+        t: &Topology,
+        scheme: Scheme,
+        face: Face,
+        known: &mut Distinct<Box<[u32]>>,
+        new: &mut Vec<(Box<[u32]>, Face)>,
+        scratch: &mut Scratch,
+    ) -> Child {
+        let is_regular =
+            scheme.split() == SplitKind::Quads && t.face_vertices(face).iter().all(|&v| is_plain(t, Vertex(v)));
         if is_regular {
-            return Child { kind: ChildKind::Regular, ring: slots.of_all(&plain_ring(t, face)) };
+            return Child { kind: ChildKind::Regular, ring: scratch.slots(&plain_ring(t, face)) };
         }
-        t.surroundings(face, 0, &mut self.walk, &mut self.around);
-        let (number, is_new) = self.known.number(&self.around.key);
+        let mut around = std::mem::take(&mut scratch.around);
+        t.surroundings(face, 0, &mut scratch.fine_walk, &mut around);
+        let (number, is_new) = known.number(&around.key);
         if is_new {
-            self.new.push((self.around.key.clone().into(), t.cut_out(&self.around)));
+            new.push((around.key.clone().into(), face));
         }
-        Child { kind: ChildKind::Node(number), ring: slots.of_all(&self.around.ring) }
+        let ring = scratch.slots(&around.ring);
+        scratch.around = around;
+        Child { kind: ChildKind::Node(number), ring }
     }
 }
 
-/// The refined points that children need, in the order in which they ask for them.
-struct Slots {
-    /// By vertex of the refined topology.
-    of: Vec<u32>,
-    points: Vec<u32>,
-}
-
-impl Slots {
-    fn of_all(&mut self, vertices: &[u32]) -> Box<[u32]> {
+impl Scratch {
+    /// Positions of vertices one level down among the refined points, which they join.
+    fn slots(&mut self, vertices: &[u32]) -> Box<[u32]> {
         let mut slot = |v: u32| {
-            let slot = &mut self.of[v as usize];
+            let slot = &mut self.point_slot[v as usize];
             if *slot == NONE {
                 *slot = self.points.len() as u32;
                 self.points.push(v);
@@ -294,4 +392,36 @@ impl Slots {
         };
         vertices.iter().map(|&v| slot(v)).collect()
     }
+}
+
+/// The children of a face.
+fn faces_within(t: &Topology, split: SplitKind, f: Face) -> impl Iterator<Item = Face> {
+    let range = match split {
+        SplitKind::Quads => t.first(f)..t.first(f) + t.sides(f) as u32,
+        SplitKind::Triangles => 4 * f.0..4 * f.0 + 4,
+    };
+    range.map(Face)
+}
+
+/// The corners of a child, as the splits number them.
+fn child_corners(t: &Topology, split: SplitKind, f: Face, child: Face) -> Vec<u32> {
+    let vertices = t.vertex_count() as u32;
+    if split == SplitKind::Triangles {
+        let corner = child.0 % 4;
+        let on_edge = |c: u32| vertices + t.edge(HalfEdge(t.first(f) + c % 3)).0;
+        let mut corners = [1, 2, 0].map(on_edge);
+        if corner < 3 {
+            corners = [0, 1, 2].map(|c| if c == corner { t.face_vertices(f)[c as usize] } else { 0 });
+            corners[(corner as usize + 1) % 3] = on_edge(corner);
+            corners[(corner as usize + 2) % 3] = on_edge(corner + 2);
+        }
+        return corners.to_vec();
+    }
+    let h = HalfEdge(child.0);
+    let on_edge = |h: HalfEdge| vertices + t.face_count() as u32 + t.edge(h).0;
+    let mut corners = [t.origin(h).0, on_edge(h), vertices + f.0, on_edge(t.prev(h))];
+    if t.sides(f) == 4 {
+        corners.rotate_right((h.0 - t.first(f)) as usize);
+    }
+    corners.to_vec()
 }

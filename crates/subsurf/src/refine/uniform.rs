@@ -15,10 +15,6 @@ use rayon::prelude::*;
 use std::any::{Any, TypeId};
 use std::sync::OnceLock;
 
-/// Points of the widest ring that trees are made for: what a face at a vertex of some 60 faces has. Larger: matrices that grow
-/// with its square; smaller: more meshes that are refined level by level.
-const WIDEST_RING: usize = 128;
-
 /// A level of refinement in one step: how its vertices are made of the control points, and its faces, in the order of
 /// [`Level`]. Made once per connectivity; takes values of any attribute.
 ///
@@ -89,7 +85,7 @@ impl UniformRefinement {
             counts = counts.refined(split)?;
         }
         let numbering = Numbering::new(&control, split, depth);
-        let rings = if depth == 0 { None } else { FaceRings::new(&control, scheme, WIDEST_RING)? };
+        let rings = if depth == 0 { None } else { FaceRings::new(&control, scheme, false)? };
         let method = match rings {
             Some(rings) => {
                 let trees = TileTrees::compile(&control, scheme, &rings.representatives, depth);

@@ -210,6 +210,19 @@ impl Topology {
     ///
     /// At the face's own corners everything is as in `self`. The outer rim is cut: its edges are boundaries.
     pub(crate) fn cut_out(&self, around: &Surroundings) -> Topology {
+        // The face's own corners come first in the ring; a degenerate face names one twice.
+        let mut own = 0;
+        let mut at = HalfEdge(around.faces[0]);
+        for _ in 0..self.sides(self.face(at)) {
+            own = own.max(1 + around.ring.iter().position(|&v| v == self.origin(at).0).unwrap_or(0));
+            at = self.next(at);
+        }
+        self.part(around, own)
+    }
+
+    /// Some faces as a topology of their own, each turned so that the half-edge that stands for it comes first. At the first
+    /// `own` vertices of the ring, all of whose faces round some corner are there, everything is as in `self`.
+    pub(crate) fn part(&self, around: &Surroundings, own: usize) -> Topology {
         let mut vertex_of = Numbers::default();
         around.ring.iter().enumerate().for_each(|(i, &v)| {
             vertex_of.insert(v, i as u32);
@@ -234,8 +247,6 @@ impl Topology {
             half_edges.iter().map(|&h| new_of.get(&self.twin[h as usize]).copied().unwrap_or(NONE)).collect();
         let face = (0..around.faces.len())
             .flat_map(|f| std::iter::repeat_n(f as u32, (face_offset[f + 1] - face_offset[f]) as usize));
-        // The face's own corners come first in the ring; a degenerate face names one twice.
-        let own = origin[..face_offset[1] as usize].iter().max().map_or(0, |&v| v as usize + 1);
         let is_own = |v: u32| (v as usize) < own;
 
         // Edges keep their identity, so that the two faces of a non-manifold edge still share it.
