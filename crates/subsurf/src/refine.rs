@@ -22,7 +22,7 @@ pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
 pub(crate) use numbering::{Counts, Numbering, Owner, Region};
 pub(crate) use split::runs_forward;
 pub(crate) use tile_trees::{Parent, TileTrees, refined_point};
-pub use uniform::UniformRefinement;
+pub use uniform::{RefinementSize, UniformRefinement};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -58,6 +58,11 @@ impl Level {
     /// The tables of this level.
     pub fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// The tables by themselves.
+    pub fn into_topology(self) -> Topology {
+        self.topology
     }
 
     /// The scheme that refines it.

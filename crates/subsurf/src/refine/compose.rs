@@ -83,7 +83,7 @@ impl Composer<'_> {
     pub fn node(&self, tier: usize, node: usize) -> WeightRows {
         let of_node = &self.trees.tiers[tier][node];
         let left = self.trees.tiers.len() - tier;
-        let is_single = of_node.children.len() == 4;
+        let is_single = of_node.is_tile();
         let size = 1usize << if is_single { left } else { left - 1 };
         let tiles = if is_single { 1 } else { of_node.children.len() };
         let ring = WeightRows::identity(of_node.ring);
@@ -92,21 +92,20 @@ impl Composer<'_> {
         out
     }
 
-    fn fill_node(
-        &self,
-        tier: usize,
-        node: usize,
-        ring: &WeightRows,
-        at: Placed,
-        size: usize,
-        out: &mut WeightRows,
-    ) {
+    fn fill_node(&self, tier: usize, node: usize, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
         let node = &self.trees.tiers[tier][node];
-        let mut points = WeightRows::zeros(node.points(), ring.width);
-        for point in 0..node.points() {
-            node.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
+        let mut points = WeightRows::zeros(node.points.len(), ring.width);
+        for point in 0..node.points.len() {
+            node.points.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
         }
-        let is_single = node.children.len() == 4;
+        if let Some(cells) = &node.cells {
+            for (&(i, j), k) in cells_of(self.split, size).iter().zip(0..) {
+                let cell = at.cell(i, j);
+                out.row_mut(cell).fill(0.0);
+                cells.terms(k).iter().for_each(|&(p, w)| out.add(cell, w, &points, p as usize));
+            }
+        }
+        let is_single = node.is_tile();
         for (c, child) in node.children.iter().enumerate() {
             let (at, size) = if is_single {
                 (at.child(self.split, size, c), size / 2)
@@ -128,6 +127,12 @@ impl Composer<'_> {
             out.row_mut(at.cell(*i, *j)).copy_from_slice(ring.row(corner));
         }
     }
+}
+
+/// All vertices of a tile, row by row.
+pub(crate) fn cells_of(split: SplitKind, size: usize) -> Vec<(usize, usize)> {
+    let length = |j: usize| if split == SplitKind::Quads { size } else { size - j };
+    (0..=size).flat_map(|j| (0..=length(j)).map(move |i| (i, j))).collect()
 }
 
 /// Cells of the corners of a tile of one cell.

@@ -76,8 +76,7 @@ impl FaceRings {
             return Ok(None);
         }
         let is_plain = |v: u32| scheme.split() == SplitKind::Quads && is_plain(t, Vertex(v));
-        let plain: Vec<bool> =
-            (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(is_plain).collect();
+        let plain: Vec<bool> = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(is_plain).collect();
         // As many walks as threads: each has an entry for every vertex.
         let walks = Mutex::new(Vec::new());
         let pool = || walks.lock().unwrap_or_else(PoisonError::into_inner);
@@ -130,6 +129,11 @@ impl FaceRings {
     #[inline(always)]
     pub fn ring(&self, face: Face) -> &[u32] {
         &self.ring[self.offset[face.index()] as usize..self.offset[face.index() + 1] as usize]
+    }
+
+    /// Number of plain quads.
+    pub fn plain_faces(&self) -> usize {
+        self.group.iter().filter(|&&group| group == PLAIN).count()
     }
 
     /// For every entry of [`ring`](Self::ring), all faces one after another: control points in ascending order, and the

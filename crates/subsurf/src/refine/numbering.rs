@@ -17,9 +17,9 @@
 
 use super::split::runs_forward;
 use crate::index::{Face, HalfEdge};
+use crate::kernel::vectorized;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::scheme::SplitKind;
-use crate::kernel::vectorized;
 use crate::topology::{NONE, Topology};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -149,12 +149,13 @@ impl Tile {
             SplitKind::Quads => vec![vec![[0, 0], [size, 0], [size, size], [0, size]]],
             SplitKind::Triangles => vec![vec![[0, 0], [size, 0], [0, size]]],
         };
-        let (mut order, mut ranges): (Vec<u32>, Vec<Range<usize>>) = (Vec::new(), vec![0..0]);
+        let (mut order, mut ranges): (Vec<u32>, Vec<Range<usize>>) = (Vec::new(), Vec::new());
+        ranges.resize(1, 0..0);
         // Ends of the edges inside, in order, by the level where they appeared, that of the last one first.
         let mut edges: Vec<Vec<[Cell; 2]>> = Vec::new();
         if first == 1 {
             // Level 1 adds the face's centre and control edges' middles; then the spoke is an edge of this tile.
-            ranges.extend([0..0, 0..0]);
+            ranges.resize(3, 0..0);
             edges.push(vec![[[size, size], [size, 0]]]);
         }
         let mut put = |points: &mut dyn Iterator<Item = Cell>| {

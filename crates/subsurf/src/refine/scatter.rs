@@ -79,10 +79,8 @@ pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: 
         }
     }
 
-    let corners: Vec<Vec<(u32, [T; N])>> = tasks
-        .into_par_iter()
-        .map_init(|| Worker::new(sources, values), Worker::run)
-        .collect();
+    let corners: Vec<Vec<(u32, [T; N])>> =
+        tasks.into_par_iter().map_init(|| Worker::new(sources, values), Worker::run).collect();
     corners.iter().flatten().for_each(|&(v, value)| vertices[v as usize] = value);
     if let Some(sorted) = sorted {
         let mut rank = vec![0u32; sorted.len()];

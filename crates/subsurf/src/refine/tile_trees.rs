@@ -5,6 +5,7 @@
 //! a mesh has a handful of nodes, of which quads on a regular grid are one. All weights are those of [`mask`](crate::mask).
 //! A *tile* is a node together with the number of levels that are still to come below it.
 
+use super::compose::{Placed, cells_of, corners};
 use super::face_rings::Distinct;
 use super::plain::{is_plain, plain_ring};
 use super::refined;
@@ -12,7 +13,7 @@ use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::scheme::{Scheme, SplitKind};
-use crate::tags::Tags;
+use crate::tags::{Creasing, INFINITE_SHARPNESS, Tags};
 use crate::topology::{Interpolation, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -28,16 +29,43 @@ pub(crate) struct TileTrees {
     pub regular: RegularStep,
 }
 
-/// One step of refinement.
+/// One step of refinement, or two where no more are to come.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Node {
     /// Number of points of the ring.
     pub ring: usize,
-    /// By refined point: end of its terms.
-    term_end: Vec<u32>,
-    /// Positions in the ring with their weights.
-    terms: Vec<(u32, f64)>,
+    /// The refined points over the ring.
+    pub points: Rows,
     pub children: Vec<Child>,
+    /// All vertices of the tile over the refined points, where two steps are to come; there are no children then.
+    pub cells: Option<Rows>,
+}
+
+/// Sparse rows of weights; a row may name a point several times.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Rows {
+    ends: Vec<u32>,
+    terms: Vec<(u32, f64)>,
+}
+
+impl Rows {
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub fn terms(&self, row: usize) -> &[(u32, f64)] {
+        let start = if row == 0 { 0 } else { self.ends[row - 1] };
+        &self.terms[start as usize..self.ends[row] as usize]
+    }
+
+    fn push(&mut self, terms: impl Iterator<Item = (u32, f64)>) {
+        self.terms.extend(terms);
+        self.ends.push(self.terms.len() as u32);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.ends[..]) + size_of_val(&self.terms[..])
+    }
 }
 
 /// A child of a node.
@@ -60,20 +88,14 @@ pub(crate) enum ChildKind {
 }
 
 impl Node {
-    /// Number of refined points.
-    pub fn points(&self) -> usize {
-        self.term_end.len()
-    }
-
-    /// Terms of a refined point.
-    pub fn terms(&self, point: usize) -> &[(u32, f64)] {
-        let start = if point == 0 { 0 } else { self.term_end[point - 1] };
-        &self.terms[start as usize..self.term_end[point] as usize]
+    /// True where the face is one tile; otherwise each child is one.
+    pub fn is_tile(&self) -> bool {
+        self.cells.is_some() || self.children.len() == 4
     }
 
     fn bytes(&self) -> usize {
         let children: usize = self.children.iter().map(|c| size_of::<Child>() + 4 * c.ring.len()).sum();
-        4 * self.term_end.len() + size_of_val(&self.terms[..]) + children
+        self.points.bytes() + self.cells.as_ref().map_or(0, Rows::bytes) + children
     }
 }
 
@@ -95,7 +117,8 @@ impl RegularStep {
         let mut point = Vec::new();
         let e = t.edge(t.half_edge(Face(4), 0));
         refined_point(&t, scheme, Parent::Edge(e), &mut Mask::default(), &mut point);
-        let sum = |is_there: &dyn Fn(u32) -> bool| point.iter().filter(|term| is_there(term.0)).map(|term| term.1).sum();
+        let sum =
+            |is_there: &dyn Fn(u32) -> bool| point.iter().filter(|term| is_there(term.0)).map(|term| term.1).sum();
         let edge: [f64; 4] = std::array::from_fn(|x| sum(&|v| v as usize % 4 == x));
         let vertex: [f64; 4] = std::array::from_fn(|y| sum(&|v| v as usize / 4 == y));
         let place = |weights: &[f64], first: usize| {
@@ -171,6 +194,21 @@ pub(crate) fn refined_point(
 }
 
 impl TileTrees {
+    /// A topology whose edges and vertices of a sharpness that outlasts `levels` steps are infinitely sharp, which changes
+    /// nothing on the way and makes more faces alike; none where it would be the same one.
+    pub fn sharpened(t: &Topology, levels: u32) -> Option<Topology> {
+        let outlasts = |s: &f64| *s > f64::from(levels) && *s < INFINITE_SHARPNESS;
+        // Chaikin's averages leave infinitely sharp edges out; across seams, too, they are sharpnesses that count.
+        let is_uniform = t.rules.creasing == Creasing::Uniform && t.foreign_sharpness.is_empty();
+        if !is_uniform || !t.edge_sharpness.iter().chain(&t.vertex_sharpness).any(outlasts) {
+            return None;
+        }
+        let mut t = t.clone();
+        let all = t.edge_sharpness.iter_mut().chain(&mut t.vertex_sharpness);
+        all.filter(|s| outlasts(s)).for_each(|s| *s = INFINITE_SHARPNESS);
+        Some(t)
+    }
+
     /// The trees of some faces of a mesh, `levels` steps deep, in parallel. The root of the i-th face is node `i` of tier 0.
     pub fn compile(t: &Topology, scheme: Scheme, faces: &[Face], levels: u32) -> Self {
         let regular = RegularStep::of(scheme, t.interpolation);
@@ -182,7 +220,7 @@ impl TileTrees {
                 source = source.reduced();
             }
             let fine = (left > 1).then(|| refined(&source.t, scheme));
-            let compiler = Compiler { t: &source.t, fine: fine.as_ref(), scheme };
+            let compiler = Compiler { t: &source.t, fine: fine.as_ref(), scheme, left };
             let (nodes, faces) = compiler.nodes(&source.faces);
             tiers.push(nodes);
             if let Some(fine) = fine {
@@ -255,6 +293,8 @@ struct Compiler<'a> {
     /// One level down; none where that is the last one.
     fine: Option<&'a Topology>,
     scheme: Scheme,
+    /// Levels from here to the last one.
+    left: u32,
 }
 
 /// The nodes of some faces, those of their children numbered within the chunk.
@@ -328,30 +368,56 @@ impl Compiler<'_> {
         scratch.around.ring.iter().zip(0..).for_each(|(&v, slot)| scratch.ring_slot[v as usize] = slot);
         let ring = std::mem::take(&mut scratch.around.ring);
 
-        let faces = faces_within(t, self.scheme.split(), f);
-        let children = faces
-            .map(|child| match self.fine {
-                Some(fine) => Self::child(fine, self.scheme, child, known, new, scratch),
-                None => {
-                    let corners = child_corners(t, self.scheme.split(), f, child);
-                    Child { kind: ChildKind::Corners, ring: scratch.slots(&corners) }
-                }
-            })
-            .collect();
-        let points = std::mem::take(&mut scratch.points);
-        let (mut terms, mut term_end) = (Vec::with_capacity(8 * points.len()), Vec::with_capacity(points.len()));
-        for &v in &points {
+        let split = self.scheme.split();
+        let mut faces = faces_within(t, split, f);
+        let (mut children, mut cells) = (Vec::new(), None);
+        match self.fine {
+            Some(fine) if self.left == 2 && faces.len() == 4 => cells = Some(self.cells(fine, faces, scratch)),
+            Some(fine) => {
+                children.extend(faces.map(|child| Self::child(fine, self.scheme, child, known, new, scratch)));
+            }
+            None => children.extend(faces.by_ref().map(|child| {
+                let corners = child_corners(t, split, f, child);
+                Child { kind: ChildKind::Corners, ring: scratch.slots(&corners) }
+            })),
+        }
+        let asked = std::mem::take(&mut scratch.points);
+        let mut points = Rows::default();
+        for &v in &asked {
             scratch.point_slot[v as usize] = NONE;
             scratch.point.clear();
             let parent = Parent::of(t, self.scheme, v);
             refined_point(t, self.scheme, parent, &mut scratch.mask, &mut scratch.point);
-            terms.extend(scratch.point.iter().map(|&(v, w)| (scratch.ring_slot[v as usize], w)));
-            term_end.push(terms.len() as u32);
+            points.push(scratch.point.iter().map(|&(v, w)| (scratch.ring_slot[v as usize], w)));
         }
-        let node = Node { ring: ring.len(), term_end, terms, children };
-        (scratch.points, scratch.around.ring) = (points, ring);
+        let node = Node { ring: ring.len(), points, children, cells };
+        (scratch.points, scratch.around.ring) = (asked, ring);
         scratch.points.clear();
         node
+    }
+
+    /// All vertices two levels down of a face with four children, over the points one level down.
+    fn cells(&self, fine: &Topology, children: impl Iterator<Item = Face>, scratch: &mut Scratch) -> Rows {
+        let split = self.scheme.split();
+        let whole = Placed::alone(4);
+        let mut vertex = [NONE; 25];
+        for (c, child) in children.enumerate() {
+            for (g, grandchild) in faces_within(fine, split, child).enumerate() {
+                let at = whole.child(split, 4, c).child(split, 2, g);
+                let names = child_corners(fine, split, child, grandchild);
+                corners(split).iter().zip(names).for_each(|(&(i, j), v)| vertex[at.cell(i, j)] = v);
+            }
+        }
+        let mut rows = Rows::default();
+        for (i, j) in cells_of(split, 4) {
+            let mut point = std::mem::take(&mut scratch.point);
+            point.clear();
+            let parent = Parent::of(fine, self.scheme, vertex[whole.cell(i, j)]);
+            refined_point(fine, self.scheme, parent, &mut scratch.mask, &mut point);
+            rows.push(point.iter().map(|&(v, w)| (scratch.slot(v), w)));
+            scratch.point = point;
+        }
+        rows
     }
 
     fn child(
@@ -382,25 +448,26 @@ impl Compiler<'_> {
 impl Scratch {
     /// Positions of vertices one level down among the refined points, which they join.
     fn slots(&mut self, vertices: &[u32]) -> Box<[u32]> {
-        let mut slot = |v: u32| {
-            let slot = &mut self.point_slot[v as usize];
-            if *slot == NONE {
-                *slot = self.points.len() as u32;
-                self.points.push(v);
-            }
-            *slot
-        };
-        vertices.iter().map(|&v| slot(v)).collect()
+        vertices.iter().map(|&v| self.slot(v)).collect()
+    }
+
+    fn slot(&mut self, v: u32) -> u32 {
+        let slot = &mut self.point_slot[v as usize];
+        if *slot == NONE {
+            *slot = self.points.len() as u32;
+            self.points.push(v);
+        }
+        *slot
     }
 }
 
 /// The children of a face.
-fn faces_within(t: &Topology, split: SplitKind, f: Face) -> impl Iterator<Item = Face> {
+fn faces_within(t: &Topology, split: SplitKind, f: Face) -> impl ExactSizeIterator<Item = Face> {
     let range = match split {
         SplitKind::Quads => t.first(f)..t.first(f) + t.sides(f) as u32,
         SplitKind::Triangles => 4 * f.0..4 * f.0 + 4,
     };
-    range.map(Face)
+    (range.start..range.end).map(Face)
 }
 
 /// The corners of a child, as the splits number them.

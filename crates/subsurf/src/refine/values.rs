@@ -4,7 +4,7 @@
 //! no digits. A regular quad is refined along u, then along v; tiles with one or two levels to come are one matrix; all others are
 //! one step of refinement and their children.
 
-use super::compose::{Composer, Placed, corners};
+use super::compose::{Composer, Placed, cells_of, corners};
 use super::tile_trees::{ChildKind, Node, TileTrees};
 use crate::kernel::{LANES, Matrix, vectorized};
 use crate::real::Real;
@@ -32,8 +32,8 @@ pub(super) struct Maps<T> {
     tiers: Vec<Vec<Map<T>>>,
     /// By levels to come: coefficients of a regular grid along one axis.
     regular: Vec<Regular<T>>,
-    /// By levels to come: cells of a triangle, which is half a square.
-    cells: Vec<Vec<u32>>,
+    /// By levels to come: the cells of a tile that is one matrix.
+    cells: Vec<Vec<(usize, usize)>>,
 }
 
 /// Coefficients of the points of a regular grid along one axis.
@@ -47,24 +47,16 @@ impl<T: Real> Maps<T> {
         let levels = trees.tiers.len();
         let dense = DENSE_LEVELS[usize::from(split == SplitKind::Triangles)];
         let composer = Composer { trees, split };
-        let cells: Vec<Vec<u32>> = (0..=levels)
-            .map(|left| match split {
-                SplitKind::Triangles if left <= dense => {
-                    let size = 1u32 << left;
-                    (0..=size).flat_map(|j| (0..=size - j).map(move |i| j * (size + 1) + i)).collect()
-                }
-                _ => Vec::new(),
-            })
-            .collect();
+        let cells: Vec<Vec<(usize, usize)>> =
+            (0..=levels).map(|left| if left <= dense { cells_of(split, 1 << left) } else { Vec::new() }).collect();
         let map = |tier: usize, index: usize, node: &Node| {
             let left = levels - tier;
-            if left > dense || node.children.len() != 4 {
+            if node.cells.is_none() && (left > dense || node.children.len() != 4) {
                 return Map::Step(step(node));
             }
-            let rows = composer.node(tier, index);
-            let cell = |i: usize| if split == SplitKind::Triangles { cells[left][i] as usize } else { i };
-            let samples = if split == SplitKind::Triangles { cells[left].len() } else { rows.weights.len() / node.ring };
-            Map::Dense(Matrix::new(samples, node.ring, |i, p| rows.row(cell(i))[p]))
+            let (rows, cells) = (composer.node(tier, index), &cells[left]);
+            let row = |k: usize| rows.row(Placed::alone(1 << left).cell(cells[k].0, cells[k].1));
+            Map::Dense(Matrix::new(cells.len(), node.ring, |k, p| row(k)[p]))
         };
         let tiers = trees
             .tiers
@@ -73,7 +65,9 @@ impl<T: Real> Maps<T> {
             .map(|(tier, nodes)| nodes.par_iter().enumerate().map(|(i, node)| map(tier, i, node)).collect())
             .collect();
         let regular = (0..=levels)
-            .map(|left| Regular { rows: trees.regular.repeated(left as u32).iter().map(|r| r.map(T::from_f64)).collect() })
+            .map(|left| Regular {
+                rows: trees.regular.repeated(left as u32).iter().map(|r| r.map(T::from_f64)).collect(),
+            })
             .collect();
         Self { split, tiers, regular, cells }
     }
@@ -89,11 +83,12 @@ impl<T: Real> Maps<T> {
 }
 
 fn step<T: Real>(node: &Node) -> Matrix<T> {
-    let mut dense = vec![0.0; node.points() * node.ring];
-    for point in 0..node.points() {
-        node.terms(point).iter().for_each(|&(p, w)| dense[point * node.ring + p as usize] += w);
+    let points = node.points.len();
+    let mut dense = vec![0.0; points * node.ring];
+    for point in 0..points {
+        node.points.terms(point).iter().for_each(|&(p, w)| dense[point * node.ring + p as usize] += w);
     }
-    Matrix::new(node.points(), node.ring, |i, p| dense[i * node.ring + p])
+    Matrix::new(points, node.ring, |i, p| dense[i * node.ring + p])
 }
 
 /// Fills grids of cells with values; keeps its memory.
@@ -204,9 +199,7 @@ impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
             return copy_rows(tile, at, size, out);
         }
         let cells = &self.maps.cells[size.ilog2() as usize];
-        for (&cell, value) in cells.iter().zip(tile) {
-            out[at.cell(cell as usize % (size + 1), cell as usize / (size + 1))] = *value;
-        }
+        cells.iter().zip(tile).for_each(|(&(i, j), value)| out[at.cell(i, j)] = *value);
     }
 }
 
@@ -222,7 +215,13 @@ impl<T: Real> Regular<T> {
     /// Along u for all four rows of points at once, then along v for whole rows of values at once. Rows are written in whole
     /// blocks, and what one writes beyond its end the next one overwrites: `out` has [`PADDING`] values more.
     #[inline(always)]
-    fn fill<const N: usize>(&self, ring: &[[T; N]; 16], base: [T; N], curves: &mut Vec<[T; LANES]>, out: &mut [[T; N]]) {
+    fn fill<const N: usize>(
+        &self,
+        ring: &[[T; N]; 16],
+        base: [T; N],
+        curves: &mut Vec<[T; LANES]>,
+        out: &mut [[T; N]],
+    ) {
         let length = self.rows.len() * N;
         let blocks = length.div_ceil(LANES);
         curves.resize(5 * blocks, [T::default(); LANES]);
@@ -258,10 +257,11 @@ impl<T: Real> Regular<T> {
         }
         (0..self.rows.len()).for_each(|i| flat[4 * width + i * N..][..N].copy_from_slice(&base));
         let flat = out.as_flattened_mut();
-        for (j, b) in self.rows.iter().enumerate() {
-            let row = &mut flat[j * length..][..width];
-            for (k, part) in row.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-                let [p, q, r, s, base] = [0, 1, 2, 3, 4].map(|y| &curves[y * blocks + k]);
+        // From the last block to the first: what one writes beyond its row belongs to the first block of the next row.
+        for k in (0..blocks).rev() {
+            let [p, q, r, s, base] = [0, 1, 2, 3, 4].map(|y| curves[y * blocks + k]);
+            for (j, b) in self.rows.iter().enumerate() {
+                let part = &mut flat[j * length + k * LANES..][..LANES];
                 for lane in 0..LANES {
                     let sum = b[0] * p[lane] + b[1] * q[lane] + b[2] * r[lane] + b[3] * s[lane];
                     part[lane] = base[lane] + sum;

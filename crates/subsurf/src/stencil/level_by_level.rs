@@ -33,10 +33,8 @@ pub(super) fn rows<W: Real>(
 ) -> Result<(Csr, Vec<W>), StencilError> {
     let control_points = control.topology().vertex_count();
     let mut level = control.clone();
-    let mut rows = Sparse {
-        ends: (1..=control_points).collect(),
-        terms: (0..control_points as u32).map(|v| (v, 1.0)).collect(),
-    };
+    let mut rows =
+        Sparse { ends: (1..=control_points).collect(), terms: (0..control_points as u32).map(|v| (v, 1.0)).collect() };
     let (mut offsets, mut indices, mut weights) = (vec![0], Vec::new(), Vec::new());
     for k in 1..=depth {
         rows = refined(&level, &rows, control_points, options.most_weights)?;

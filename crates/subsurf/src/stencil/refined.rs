@@ -11,7 +11,7 @@ use crate::refine::{
     Ascending, Composer, Counts, FaceRings, Level, Numbering, Owner, PLAIN, Placed, Region, TileTrees, WeightRows,
     fill_regular, ring_bounds, runs_forward,
 };
-use crate::scheme::SplitKind;
+use crate::scheme::{Scheme, SplitKind};
 use crate::topology::Topology;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -35,11 +35,14 @@ pub(super) fn rows<W: Real>(
     for _ in 0..depth {
         counts = counts.refined(split)?;
     }
+    let sharpened = TileTrees::sharpened(t, depth);
+    let t = sharpened.as_ref().unwrap_or(t);
     let Some(rings) = FaceRings::new(t, control.scheme(), true)? else {
         return level_by_level::rows(control, depth, options);
     };
     let rings = rings.ascending();
-    let levels: Vec<LevelRows<'_, W>> = wanted.map(|depth| LevelRows::new(control, &rings, depth)).collect();
+    let level = |depth| LevelRows::new(t, control.scheme(), &rings, depth);
+    let levels: Vec<LevelRows<'_, W>> = wanted.map(level).collect();
     write(&levels, t.vertex_count(), options.most_weights)
 }
 
@@ -127,8 +130,7 @@ struct Elements {
 }
 
 impl<'a, W: Real> LevelRows<'a, W> {
-    fn new(control: &'a Level, rings: &'a Ascending<'a>, depth: u32) -> Self {
-        let (t, scheme) = (control.topology(), control.scheme());
+    fn new(t: &'a Topology, scheme: Scheme, rings: &'a Ascending<'a>, depth: u32) -> Self {
         let trees = TileTrees::compile(t, scheme, &rings.rings.representatives, depth);
         let composer = Composer { trees: &trees, split: scheme.split() };
         let groups = (0..rings.rings.representatives.len()).into_par_iter();
@@ -285,7 +287,10 @@ fn write<W: Real>(
             start
         })
         .collect();
-    cut(&mut offsets[1..], lengths()).into_par_iter().zip(starts).for_each(|(ends, start)| ends.iter_mut().for_each(|e| *e += start));
+    cut(&mut offsets[1..], lengths())
+        .into_par_iter()
+        .zip(starts)
+        .for_each(|(ends, start)| ends.iter_mut().for_each(|e| *e += start));
 
     let (mut indices, mut weights) = (vec![0u32; total], vec![W::default(); total]);
     let index_parts = cut(&mut indices, counts.iter().copied());
