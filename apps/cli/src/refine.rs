@@ -126,9 +126,9 @@ fn needs_level(args: &RefineArgs, common: &Common, control: &Level, output: &Out
     let t = control.topology();
     // Without sharpness and holes there is none on any level; where edges share their ends, tags cannot say all of it.
     let tags = carried_tags::of(t);
-    let is_untagged = tags.creases.is_empty() && tags.corners.is_empty() && tags.holes.is_empty();
+    let is_tagged = !(tags.creases.is_empty() && tags.corners.is_empty() && tags.holes.is_empty());
     let shows_tags = output.keeps_tags() || common.json;
-    args.limit || (shows_tags && !(is_untagged && !carried_tags::is_odd(t)))
+    args.limit || (shows_tags && (is_tagged || carried_tags::is_odd(t)))
 }
 
 /// Straight to the level.

@@ -2,6 +2,7 @@
 //! levels are put together.
 
 use super::tile_trees::{ChildKind, RegularStep, TileTrees};
+use crate::kernel::vectorized;
 use crate::scheme::SplitKind;
 
 /// Where a tile lies in a grid of cells: its corner 0, and whether its axes run backwards (the middle child of a triangle).
@@ -50,10 +51,12 @@ impl WeightRows {
         Self { width, weights: vec![0.0; rows * width] }
     }
 
+    #[inline(always)]
     pub fn row(&self, row: usize) -> &[f64] {
         &self.weights[row * self.width..(row + 1) * self.width]
     }
 
+    #[inline(always)]
     fn row_mut(&mut self, row: usize) -> &mut [f64] {
         &mut self.weights[row * self.width..(row + 1) * self.width]
     }
@@ -66,6 +69,7 @@ impl WeightRows {
     }
 
     /// `self[row] += weight · from[other]`.
+    #[inline(always)]
     fn add(&mut self, row: usize, weight: f64, from: &Self, other: usize) {
         self.row_mut(row).iter_mut().zip(from.row(other)).for_each(|(sum, x)| *sum += weight * x);
     }
@@ -95,9 +99,14 @@ impl Composer<'_> {
     fn fill_node(&self, tier: usize, node: usize, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
         let node = &self.trees.tiers[tier][node];
         let mut points = WeightRows::zeros(node.points.len(), ring.width);
-        for point in 0..node.points.len() {
-            node.points.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
-        }
+        vectorized(
+            #[inline(always)]
+            || {
+                for point in 0..node.points.len() {
+                    node.points.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
+                }
+            },
+        );
         if let Some(cells) = &node.cells {
             for (&(i, j), k) in cells_of(self.split, size).iter().zip(0..) {
                 let cell = at.cell(i, j);
@@ -145,6 +154,14 @@ pub(crate) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
 
 /// All vertices of a regular quad, over any rows of its sixteen points: along u, then along v.
 pub(crate) fn fill_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
+    vectorized(
+        #[inline(always)]
+        || refine_regular(step, ring, at, size, out),
+    );
+}
+
+#[inline(always)]
+fn refine_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
     let along = step.repeated(size.ilog2());
     let mut curves = WeightRows::zeros(4 * (size + 1), ring.width);
     for y in 0..4 {
