@@ -69,6 +69,16 @@ impl Slots {
 }
 
 impl Walk {
+    /// As if a walk had met faces and vertices in the order of the lists.
+    pub(super) fn over(t: &impl Tables, around: &Surroundings) -> Self {
+        let mut walk = Self::default();
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
+        around.ring.iter().zip(0..).for_each(|(&v, slot)| walk.vertex_slot.set(v, slot));
+        around.faces.iter().zip(0..).for_each(|(&h, slot)| walk.face_slot.set(t.face(HalfEdge(h)).0, slot));
+        walk
+    }
+
     /// Position in the ring of a vertex that the last walk met.
     pub(super) fn vertex(&self, v: Vertex) -> Option<u32> {
         self.vertex_slot.get(v.0)
