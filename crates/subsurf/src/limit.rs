@@ -6,6 +6,7 @@ mod bspline;
 mod corner;
 mod deflated;
 mod eigen;
+mod gather;
 mod jet;
 mod lanes;
 mod level;
@@ -14,8 +15,10 @@ mod local_step;
 mod patch_table;
 pub(crate) mod plan;
 mod plan_key;
+
 mod rows;
 mod single_crease;
+mod smooth_ring;
 mod special;
 mod spectrum;
 mod tangent;

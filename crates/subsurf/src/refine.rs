@@ -7,6 +7,7 @@
 
 mod compose;
 mod face_rings;
+mod next_level;
 mod numbering;
 mod plain;
 mod quad_split;
@@ -18,6 +19,8 @@ mod uniform;
 mod values;
 
 pub use uniform::UniformRefinement;
+
+pub(crate) use next_level::NextLevel;
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -141,7 +144,9 @@ impl Level {
         let t = &self.topology;
         assert_eq!(values.len(), t.face_count(), "one value per face of the level");
         match self.scheme.split() {
-            SplitKind::Quads => t.face.iter().map(|&f| values[f as usize].clone()).collect(),
+            SplitKind::Quads => {
+                (0..t.half_edge_count() as u32).map(|h| values[t.face.get(h) as usize].clone()).collect()
+            }
             SplitKind::Triangles => values.iter().flat_map(|v| std::iter::repeat_n(v.clone(), 4)).collect(),
         }
     }

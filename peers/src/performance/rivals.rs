@@ -26,6 +26,7 @@ pub mod name {
     pub const HALF_EDGE: &str = "half-edge";
     pub const OURS: &str = "subsurf";
     pub const OUR_STENCILS: &str = "subsurf stencils";
+    pub const OURS_ANEW: &str = "subsurf, built anew";
     pub const FLOOR: &str = "writing the output";
 }
 

@@ -13,7 +13,7 @@ use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::Tags;
-use crate::topology::{Interpolation, NONE, Surroundings, Topology, Walk};
+use crate::topology::{Cutter, Interpolation, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
 
 /// Nodes a thread takes at a time. Fixed, so that nodes get the same numbers for any number of threads.
@@ -161,12 +161,15 @@ impl TileTrees {
     /// The trees of some faces of a mesh, `levels` steps deep, in parallel. The root of the i-th face is node `i` of tier 0.
     pub fn compile(t: &Topology, scheme: Scheme, faces: &[Face], levels: u32) -> Self {
         let regular = RegularStep::of(scheme, t.interpolation);
-        let cut = |f: &Face, walk: &mut Walk, around: &mut Surroundings| {
+        let cut = |f: &Face, walk: &mut Walk, around: &mut Surroundings, cutter: &mut Cutter| {
             t.surroundings(*f, 0, walk, around);
-            t.cut_out(around)
+            cutter.cut_out(t, around, walk);
+            cutter.take()
         };
-        let mut sources: Vec<Topology> =
-            faces.par_iter().map_init(Default::default, |(walk, around), f| cut(f, walk, around)).collect();
+        let mut sources: Vec<Topology> = faces
+            .par_iter()
+            .map_init(Default::default, |(walk, around, cutter), f| cut(f, walk, around, cutter))
+            .collect();
         let mut tiers = Vec::new();
         for left in (1..=levels).rev() {
             let chunks: Vec<Compiled> =
@@ -219,6 +222,7 @@ impl Compiled {
             known: Distinct::default(),
             new: Vec::new(),
             walk: Walk::default(),
+            cutter: Cutter::default(),
             around: Surroundings::default(),
             mask: Mask::default(),
         };
@@ -234,6 +238,7 @@ struct Compiler {
     known: Distinct<Box<[u32]>>,
     new: Vec<(Box<[u32]>, Topology)>,
     walk: Walk,
+    cutter: Cutter,
     around: Surroundings,
     mask: Mask,
 }
@@ -268,7 +273,8 @@ impl Compiler {
         t.surroundings(face, 0, &mut self.walk, &mut self.around);
         let (number, is_new) = self.known.number(&self.around.key);
         if is_new {
-            self.new.push((self.around.key.clone().into(), t.cut_out(&self.around)));
+            self.cutter.cut_out(t, &self.around, &self.walk);
+            self.new.push((self.around.key.clone().into(), self.cutter.take()));
         }
         Child { kind: ChildKind::Node(number), ring: slots.of_all(&self.around.ring) }
     }

@@ -36,7 +36,7 @@ impl Sides {
         for v in (0..t.vertex_count()).filter(|&v| layout.owner_of_vertex(Vertex(v as u32)).is_some()) {
             let sharp_edges = |e: &&u32| t.is_infinitely_sharp(Edge(**e));
             let sharp = t.sharp_edges(Vertex(v as u32)).iter().filter(sharp_edges).count();
-            if sharp >= 2 || t.vertex_sharpness[v] >= INFINITE_SHARPNESS {
+            if sharp >= 2 || t.vertex_sharpness.get(v) >= INFINITE_SHARPNESS {
                 sides.corner.insert(v as u32, NONE);
             }
         }

@@ -72,8 +72,12 @@ fn at(context: &Context<'_>, case: &Case, sharpness: f64, emit: Emit<'_>) -> Res
     let grid = Places::grid(case, RATE).by_face();
     let out = RefCell::new(Frames::new(grid.len()));
     let tessellator = ours::Tessellator::new(&table, RATE, true);
+    let mut ours_out = ours::Samples::default();
     let mut contest = Contest::new(format!("{sharpness}: frame"), "place", grid.len());
-    contest.enter(OURS, || Ok(tessellator.update(control)));
+    contest.enter(OURS, || {
+        tessellator.update(control, &mut ours_out);
+        Ok(())
+    });
     for (name, patches) in &mut built {
         patches.locate(&grid.ptex())?;
         let patches = &*patches;

@@ -82,7 +82,10 @@ pub fn warm(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         let next = counter();
 
         let mut contest = Contest::new(format!("level {level}, warm"), "output vertex", vertices);
-        contest.enter(OURS, || Ok(refinement.update(&frames[next()])));
+        contest.enter(OURS, || {
+            refinement.update(&frames[next()], &mut out.borrow_mut());
+            Ok(())
+        });
         match &our_table {
             Some(table) => contest.enter(OUR_STENCILS, || {
                 ours::apply_stencils(table, &frames[next()], &mut out.borrow_mut());
