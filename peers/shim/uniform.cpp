@@ -15,11 +15,14 @@ struct PeerStencils {
 
 extern "C" {
 
-// Control mesh and `levels` refinements; in the last level faces know their vertices and nothing else.
-PeerRefiner* peer_uniform(PeerShape const* s, int levels, char* error, int error_size) {
+// Control mesh and `levels` refinements; in the last level faces know their vertices, and nothing else unless `full`,
+// which limits need.
+PeerRefiner* peer_uniform(PeerShape const* s, int levels, int full, char* error, int error_size) {
     std::unique_ptr<Far::TopologyRefiner> refiner = createRefiner(*s, error, error_size);
     if (!refiner) return nullptr;
-    refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(levels));
+    Far::TopologyRefiner::UniformOptions options(levels);
+    options.fullTopologyInLastLevel = full != 0;
+    refiner->RefineUniform(options);
     return new PeerRefiner{std::move(refiner)};
 }
 

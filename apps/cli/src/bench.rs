@@ -5,7 +5,7 @@ mod work;
 use crate::args::{Common, MeshArgs, Precision, TriangleRule};
 use crate::console::{Console, heading, print, print_json};
 use crate::failure::{Bytes, Failure};
-use crate::heap::peak_of;
+use crate::heap::{Heap, heap_of};
 use crate::input::Input;
 use crate::memory;
 use crate::refine::Counts;
@@ -66,6 +66,7 @@ struct Figures {
     rate: u32,
     samples: u32,
     build_s: f64,
+    build_heap: Heap,
     size: TableSize,
     refine: Cost,
     tessellate: Cost,
@@ -111,7 +112,8 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     let too_fine = |source| Failure::Tessellate { name: input.name.clone(), source };
 
     // Refuse before any work what would not fit; what fails below without a message failed here with one.
-    let table = lists.clone().patch_table().map_err(mesh_error)?;
+    let (table, build_heap) = heap_of(|| lists.clone().patch_table());
+    let table = table.map_err(mesh_error)?;
     let size = table.size();
     if size.patches == 0 {
         return Err(Failure::OnlyHoles { name: input.name.clone() });
@@ -134,7 +136,7 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     let warm_s = median_s(|| (), |()| prepared.values(&points));
     drop(prepared);
     bar.inc(1);
-    let (cold, peak_bytes) = peak_of(|| lists.clone().refined(args.level, &points));
+    let (cold, Heap { peak: peak_bytes, .. }) = heap_of(|| lists.clone().refined(args.level, &points));
     let cold = cold.map_err(mesh_error)?;
     let (vertices, output_bytes) = (cold.positions.len(), cold.bytes());
     let cold_s = median_s(|| lists.clone(), |lists| lists.refined(args.level, &points));
@@ -146,7 +148,7 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
 
     let warm_s = median_s(|| (), |()| work::tessellated(&table, &points, args.rate));
     bar.inc(1);
-    let (cold, peak_bytes) = peak_of(|| lists.clone().tessellated(args.rate, &points));
+    let (cold, Heap { peak: peak_bytes, .. }) = heap_of(|| lists.clone().tessellated(args.rate, &points));
     let cold = cold.map_err(mesh_error)?.map_err(too_fine)?;
     let (vertices, output_bytes) = (cold.positions.len(), work::tessellation_bytes(&cold));
     drop(cold);
@@ -169,6 +171,7 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
         rate: args.rate,
         samples: args.samples,
         build_s,
+        build_heap,
         size,
         refine,
         tessellate,
@@ -218,6 +221,8 @@ impl Figures {
             "precision": self.precision,
             "faces": self.faces,
             "build_s": self.build_s,
+            "build_peak_bytes": self.build_heap.peak,
+            "build_kept_bytes": self.build_heap.kept,
             "table_bytes": self.table_bytes(),
             "plans": self.size.plans,
             "refine": refine,
@@ -240,7 +245,8 @@ impl Figures {
         };
         line("setting", format!("{threads}, {}", self.precision));
         line("faces", self.faces.to_string());
-        line("build", format!("{} ({:.0} ns a face)", seconds(self.build_s), per_face(self.build_s * 1e9)));
+        let (time, peak) = (seconds(self.build_s), Bytes(self.build_heap.peak));
+        line("build", format!("{time} ({:.0} ns a face), {peak} at the peak", per_face(self.build_s * 1e9)));
         let bytes = self.table_bytes();
         let per_face = per_face(bytes as f64);
         line("table", format!("{} ({per_face:.0} bytes a face), {} plans", Bytes(bytes as u64), self.size.plans));

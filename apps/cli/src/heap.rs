@@ -1,6 +1,6 @@
 //! The program's allocator: the system's, and how much heap a piece of work needs at most.
 //!
-//! Counting is off but while [`peak_of`] runs, so that other work pays one load of a flag per allocation. It is our own
+//! Counting is off but while [`heap_of`] runs, so that other work pays one load of a flag per allocation. It is our own
 //! rather than a crate's for that reason, and this is the one module of the program with `unsafe`: the trait of allocators
 //! demands it, and every call goes to the system's allocator as it came.
 
@@ -54,15 +54,24 @@ unsafe impl GlobalAlloc for Tally {
     }
 }
 
-/// What `work` gives, and the most heap in bytes that was in use at once beyond what was before. Counts what all threads do,
-/// so one call at a time.
-pub fn peak_of<R>(work: impl FnOnce() -> R) -> (R, u64) {
+/// Heap in bytes beyond what was in use before some work.
+#[derive(Clone, Copy, Debug)]
+pub struct Heap {
+    /// The most at once.
+    pub peak: u64,
+    /// What the result keeps.
+    pub kept: u64,
+}
+
+/// What `work` gives, and what heap it needs. Counts what all threads do, so one call at a time.
+pub fn heap_of<R>(work: impl FnOnce() -> R) -> (R, Heap) {
     LIVE.store(0, Relaxed);
     PEAK.store(0, Relaxed);
     COUNTS.store(true, Relaxed);
     let result = work();
     COUNTS.store(false, Relaxed);
-    (result, PEAK.load(Relaxed).max(0) as u64)
+    let [peak, kept] = [&PEAK, &LIVE].map(|bytes| bytes.load(Relaxed).max(0) as u64);
+    (result, Heap { peak, kept })
 }
 
 #[cfg(test)]
@@ -72,7 +81,7 @@ mod tests {
     #[test]
     fn the_peak_is_what_was_held_at_once() {
         const MEBIBYTE: usize = 1 << 20;
-        let (_, peak) = peak_of(|| {
+        let (_, heap) = heap_of(|| {
             for _ in 0..4 {
                 std::hint::black_box(vec![1u8; 8 * MEBIBYTE]);
             }
@@ -81,6 +90,7 @@ mod tests {
         });
         // Tests beside this one allocate too, but little.
         let expected = 24 * MEBIBYTE as u64;
-        assert!((expected..expected + 6 * MEBIBYTE as u64).contains(&peak), "{peak}");
+        assert!((expected..expected + 6 * MEBIBYTE as u64).contains(&heap.peak), "{heap:?}");
+        assert!(heap.kept < 6 * MEBIBYTE as u64, "{heap:?}");
     }
 }

@@ -58,8 +58,8 @@ impl Default for AdaptiveOptions {
 impl AdaptiveOptions {
     /// As many levels as finite sharpness needs to decay on this mesh, at least 4 and at most [`MAX_ISOLATION`].
     pub fn for_sharpness_of(t: &Topology, single_crease: bool) -> Self {
-        let finite = t.edge_sharpness.iter().chain(&t.vertex_sharpness).filter(|s| **s < INFINITE_SHARPNESS);
-        let most = finite.fold(0.0f64, |most, &s| most.max(s));
+        let finite = t.edge_sharpness.iter().chain(t.vertex_sharpness.iter()).filter(|s| *s < INFINITE_SHARPNESS);
+        let most = finite.fold(0.0f64, f64::max);
         Self { isolation: (most.ceil() as u32).clamp(4, MAX_ISOLATION), single_crease }
     }
 }

@@ -98,7 +98,7 @@ impl Channel {
             return Err(ChannelError::TooLarge { values, limit: MAX_COUNT - expected });
         }
         if let Some(h) = corners.iter().position(|&value| value as usize >= values) {
-            let face = topology.face[h] as usize;
+            let face = topology.face.get(h as u32) as usize;
             let corner = h - topology.face_offset[face] as usize;
             return Err(ChannelError::ValueOutOfRange { face, corner, value: corners[h], values });
         }

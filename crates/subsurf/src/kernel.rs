@@ -1,18 +1,19 @@
 //! The loops where the time goes: weights of many samples times the control points of one face, in the caller's precision.
 //!
-//! They are plain Rust over blocks of [`LANES`] samples, which the compiler turns into vector instructions of the machine that
-//! runs them ([`vectorized`]). Every sample's sum is formed in the same order at any vector width, products and sums are rounded one by one
-//! (no fused multiply-add), so that all machines give the same bits. Only where the compiler does badly, at bringing the
-//! components of a block's samples side by side ([`Lanes::interleave`]), does a machine's own permutation replace them.
+//! They work on blocks of [`LANES`] samples, in vector instructions of the machine that runs them. Every sample's sum is
+//! formed in the same order at any vector width, products and sums are rounded one by one (no fused multiply-add), so that
+//! all machines give the same bits.
 
 use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
 
-mod interleave;
+mod block;
 mod normal;
 
-pub use interleave::Lanes;
-pub(crate) use normal::unit_normals;
+pub use block::Lanes;
+use block::store_each;
+use normal::unit_normals;
+pub(crate) use normal::unit_normals_of;
 
 /// Samples of a block: one 512-bit vector of `f32`.
 pub(crate) const LANES: usize = 16;
@@ -60,44 +61,101 @@ impl<T: Real> Matrix<T> {
     ///
     /// # Panics
     /// If `ring` has not one entry per point.
-    #[inline(always)]
     pub fn apply<const N: usize>(&self, ring: &[[T; N]], base: [T; N], out: &mut [[T; N]]) {
+        self.apply_some(ring, base, |_| true, out);
+    }
+
+    /// The same for some blocks of samples only.
+    ///
+    /// # Panics
+    /// If `ring` has not one entry per point.
+    pub fn apply_some<const N: usize>(
+        &self,
+        ring: &[[T; N]],
+        base: [T; N],
+        wanted: impl Fn(usize) -> bool,
+        out: &mut [[T; N]],
+    ) {
         assert_eq!(ring.len(), self.points, "one value per point of the ring");
-        for (block, out) in self.blocks.chunks_exact(self.points.max(1)).zip(out.chunks_mut(LANES)) {
-            T::interleave(&based(sums(block, ring), base), out);
-        }
-    }
-
-    /// The weights of block `b`, point by point.
-    #[inline(always)]
-    pub fn block(&self, b: usize) -> &[[T; LANES]] {
-        &self.blocks[b * self.points..(b + 1) * self.points]
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let blocks = self.blocks.chunks_exact(self.points.max(1)).zip(out.chunks_mut(LANES));
+                for (_, (block, out)) in blocks.enumerate().filter(#[inline(always)] |(b, _)| wanted(*b)) {
+                    store::<T, _, N>(simd, block_sums::<T, _, N>(simd, block, ring, base), out);
+                }
+            }
+        ));
     }
 }
 
-/// `base` added to every sample.
-#[inline(always)]
-pub(crate) fn based<T: Real, const N: usize>(mut sums: [[T; LANES]; N], base: [T; N]) -> [[T; LANES]; N] {
-    for c in 0..N {
-        for k in 0..LANES {
-            sums[c][k] = base[c] + sums[c][k];
-        }
-    }
-    sums
-}
-
-/// One block's sums, component by component.
-#[inline(always)]
-pub(crate) fn sums<T: Real, const N: usize>(block: &[[T; LANES]], ring: &[[T; N]]) -> [[T; LANES]; N] {
-    let mut sums = [[T::default(); LANES]; N];
-    for (weights, point) in block.iter().zip(ring) {
-        for c in 0..N {
-            for k in 0..LANES {
-                sums[c][k] = sums[c][k] + weights[k] * point[c];
+/// Unit normals of some blocks of samples from two matrices that give derivatives; and for every block the samples, as
+/// bits, whose normals are to be had otherwise, see [`normal`]. True where there are such.
+///
+/// # Panics
+/// If `ring` has not one entry per point, or an entry less than three components, or `unsure` less entries than there are
+/// blocks wanted.
+pub(crate) fn normals<T: Real, const N: usize>(
+    [u, v]: [&Matrix<T>; 2],
+    ring: &[[T; N]],
+    wanted: impl Fn(usize) -> bool,
+    out: &mut [[T; 3]],
+    unsure: &mut [u32],
+) -> bool {
+    assert_eq!([ring.len(); 2], [u.points, v.points], "one value per point of the ring");
+    let blocks = u.blocks.chunks_exact(u.points.max(1)).zip(v.blocks.chunks_exact(v.points.max(1)));
+    let (samples, mut any) = (u.samples, 0);
+    dispatch!(Level::new(), simd => simd.vectorize(
+        #[inline(always)]
+        || {
+            let zero = [T::default(); N];
+            for (b, ((u, v), out)) in blocks.zip(out.chunks_mut(LANES)).enumerate() {
+                if wanted(b) {
+                    let (du, dv) = (block_sums::<T, _, N>(simd, u, ring, zero), block_sums::<T, _, N>(simd, v, ring, zero));
+                    let (du, dv) = ([du[0], du[1 % N], du[2 % N]], [dv[0], dv[1 % N], dv[2 % N]]);
+                    let (unit, mut bits) = unit_normals::<T, _>(simd, du, dv);
+                    // The last block may be filled up with zeros.
+                    bits &= u32::MAX >> (32 - (samples - b * LANES).min(LANES) as u32);
+                    unsure[b] = bits;
+                    any |= bits;
+                    store::<T, _, 3>(simd, unit, out);
+                }
             }
         }
+    ));
+    any != 0
+}
+
+/// `base + Σ weight · ring` of one block, component by component.
+#[inline(always)]
+fn block_sums<T: Real, S: Simd, const N: usize>(
+    simd: S,
+    block: &[[T; LANES]],
+    ring: &[[T; N]],
+    base: [T; N],
+) -> [T::Block<S>; N] {
+    let mut sums = [T::splat(simd, T::default()); N];
+    for (weights, point) in block.iter().zip(ring) {
+        let weights = T::load(simd, weights);
+        for c in 0..N {
+            sums[c] = T::plus(simd, sums[c], T::times(simd, weights, T::splat(simd, point[c])));
+        }
+    }
+    for c in 0..N {
+        sums[c] = T::plus(simd, T::splat(simd, base[c]), sums[c]);
     }
     sums
+}
+
+#[inline(always)]
+fn store<T: Real, S: Simd, const N: usize>(simd: S, sums: [T::Block<S>; N], out: &mut [[T; N]]) {
+    if N == 3
+        && let Ok(out) = <&mut [T; 3 * LANES]>::try_from(out.as_flattened_mut())
+        && let Some(out) = out.as_chunks_mut::<3>().0.as_chunks_mut::<LANES>().0.first_mut()
+    {
+        return T::store_xyz(simd, [sums[0], sums[1 % N], sums[2 % N]], out);
+    }
+    store_each::<T, S, N>(simd, sums, out);
 }
 
 #[cfg(test)]

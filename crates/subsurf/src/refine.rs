@@ -7,6 +7,7 @@
 
 mod compose;
 mod face_rings;
+mod next_level;
 mod numbering;
 mod plain;
 mod quad_split;
@@ -17,7 +18,14 @@ mod tri_split;
 mod uniform;
 mod values;
 
-pub use uniform::UniformRefinement;
+pub(crate) use compose::{Composer, Placed, WeightRows, fill_regular};
+pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
+pub(crate) use numbering::{Counts, Numbering, Owner, Region};
+pub(crate) use split::runs_forward;
+pub(crate) use tile_trees::{Parent, TileTrees, refined_point};
+pub use uniform::{RefinementSize, UniformRefinement};
+
+pub(crate) use next_level::{NextHalfEdges, NextLevel};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -53,6 +61,11 @@ impl Level {
     /// The tables of this level.
     pub fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// The tables by themselves.
+    pub fn into_topology(self) -> Topology {
+        self.topology
     }
 
     /// The scheme that refines it.
@@ -141,7 +154,9 @@ impl Level {
         let t = &self.topology;
         assert_eq!(values.len(), t.face_count(), "one value per face of the level");
         match self.scheme.split() {
-            SplitKind::Quads => t.face.iter().map(|&f| values[f as usize].clone()).collect(),
+            SplitKind::Quads => {
+                (0..t.half_edge_count() as u32).map(|h| values[t.face.get(h) as usize].clone()).collect()
+            }
             SplitKind::Triangles => values.iter().flat_map(|v| std::iter::repeat_n(v.clone(), 4)).collect(),
         }
     }

@@ -337,7 +337,7 @@ fn powers(power: &Power, mesh: &Topology, levels: &Levels<'_>, depth: u32) -> Ve
         Power::PerVertex(powers) => sectors.vertex.iter().map(|&v| [powers[v as usize]]).collect(),
         Power::PerFace(powers) => {
             let mut sum = vec![(0.0, 0.0); sectors.len()];
-            for (&value, &face) in sectors.corner.iter().zip(&mesh.face) {
+            for (&value, face) in sectors.corner.iter().zip((0..).map(|h| mesh.face.get(h))) {
                 let (sum, count) = &mut sum[value as usize];
                 (*sum, *count) = (*sum + powers[face as usize], *count + 1.0);
             }

@@ -3,7 +3,7 @@
 
 use crate::index::{Edge, Vertex};
 use crate::tags::{Creasing, INFINITE_SHARPNESS};
-use crate::topology::Topology;
+use crate::topology::{Tables, Topology};
 
 /// Sharpness one level further down under uniform decay.
 #[inline]
@@ -20,18 +20,17 @@ pub(crate) fn is_semi_sharp(s: f64) -> bool {
 ///
 /// Uniform: that of the edge less one. Chaikin: with at least two semi-sharp edges at `v`,
 /// `max(0, 3/4 s + 1/4 mean(the others) - 1)`.
-pub(crate) fn edge_half(t: &Topology, e: Edge, v: Vertex) -> f64 {
-    let known = t.far_half.get(&(e.0, v.0));
-    known.copied().unwrap_or_else(|| chaikin_or_uniform(t, v, t.edge_sharpness(e)))
+pub(crate) fn edge_half(t: &impl Tables, e: Edge, v: Vertex) -> f64 {
+    t.far_half(e, v).unwrap_or_else(|| chaikin_or_uniform(t, v, t.edge_sharpness(e)))
 }
 
-fn chaikin_or_uniform(t: &Topology, v: Vertex, s: f64) -> f64 {
+fn chaikin_or_uniform(t: &impl Tables, v: Vertex, s: f64) -> f64 {
     if t.rules().creasing == Creasing::Uniform || !is_semi_sharp(s) {
         return decay(s);
     }
     let (mut count, mut sum) = (0, 0.0);
-    let across = t.across_seam(v).iter().copied();
-    for other in sharpness_at(t, v).chain(across).filter(|&s| is_semi_sharp(s)) {
+    let (own, foreign, across) = (sharpness_at(t, v), t.foreign_sharpness(v), t.across_seam(v));
+    for other in own.chain(foreign.iter().copied()).chain(across.iter().copied()).filter(|&s| is_semi_sharp(s)) {
         count += 1;
         sum += other;
     }
@@ -47,10 +46,9 @@ pub(crate) fn half_among(creasing: Creasing, s: f64, count: u32, sum: f64) -> f6
     (0.75 * s + 0.25 * (sum - s) / f64::from(count - 1) - 1.0).max(0.0)
 }
 
-/// Positive sharpness values of the edges at `v`.
-fn sharpness_at(t: &Topology, v: Vertex) -> impl Iterator<Item = f64> {
-    let own = t.sharp_edges(v).iter().map(|&e| t.edge_sharpness(Edge(e)));
-    own.chain(t.foreign_sharpness(v).iter().copied())
+/// Positive sharpness values of the edges at `v` that the table holds.
+fn sharpness_at(t: &impl Tables, v: Vertex) -> impl Iterator<Item = f64> {
+    t.sharp_edges(v).map(|e| t.edge_sharpness(e))
 }
 
 /// Sharpness one level down of the edges at `v` that a cut-out topology does not hold.
@@ -129,6 +127,9 @@ fn transition_weight(t: &Topology, v: Vertex) -> f64 {
     if s > 0.0 && decay(s) == 0.0 {
         add(s);
     }
-    sharpness_at(t, v).filter(|&s| chaikin_or_uniform(t, v, s) == 0.0).for_each(add);
+    sharpness_at(t, v)
+        .chain(t.foreign_sharpness(v).iter().copied())
+        .filter(|&s| chaikin_or_uniform(t, v, s) == 0.0)
+        .for_each(add);
     if count == 0 { 0.0 } else { (sum / f64::from(count)).min(1.0) }
 }

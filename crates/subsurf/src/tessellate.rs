@@ -4,23 +4,26 @@
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
 mod channel;
+mod evaluate;
 mod faceted;
 mod facets;
+mod grid;
+mod grid_facets;
 mod layout;
 mod normals;
+mod pattern;
 mod rates;
 mod sample;
 mod shade;
+mod tessellator;
 
 use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
-use crate::real::{Real, round};
-use crate::scheme::Scheme;
+use crate::real::Real;
 use crate::shading::ShadingNormals;
 pub use channel::TessellatedChannel;
-use layout::{Layout, PatchRates};
-use rayon::prelude::*;
-use sample::{NormalOf, Sampler};
+use layout::PatchRates;
+pub use tessellator::Tessellator;
 use thiserror::Error;
 
 /// How finely to tessellate.
@@ -172,71 +175,6 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         options: &TessellateOptions,
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
-        let rates = rates::choose(self, options.rates, options.most_points)?;
-        let layout = Layout::new(self.table(), rates);
-        layout.check(options.most_points)?;
-        let faceted = options.normals && self.table().scheme() == Scheme::Bilinear;
-        let shared = options.normals && !faceted;
-        let sides = if shared { normals::Sides::new(self.table(), &layout) } else { normals::Sides::default() };
-        let sampler = Sampler::new(*self, &layout, shared.then_some(NormalOf::SPACE));
-
-        let mut positions = vec![[T::default(); 3]; layout.points()];
-        let mut normals = vec![[T::default(); 3]; if shared { layout.points() + sides.extra() } else { 0 }];
-        let (vertex_points, rest) = positions.split_at_mut(layout.vertices());
-        let (edge_points, face_points) = rest.split_at_mut(layout.edge_points());
-        let mut normal_parts: [&mut [[T; 3]]; 4] = Default::default();
-        if shared {
-            let (a, rest) = normals.split_at_mut(layout.vertices());
-            let (b, rest) = rest.split_at_mut(layout.edge_points());
-            let (c, d) = rest.split_at_mut(layout.face_points());
-            normal_parts = [a, b, c, d];
-        }
-        let [vertex_normals, edge_normals, face_normals, extra_normals] = normal_parts;
-        sampler.vertices(vertex_points, vertex_normals);
-        sampler.edges(edge_points, edge_normals);
-        sampler.faces(face_points, face_normals);
-        sampler.extra_normals(&sides, extra_normals);
-        if let Some(shading) = shading.filter(|_| shared) {
-            shade::shade(&layout, &sides, shading, &mut normals);
-        }
-
-        let with_places = TessellateOptions { places: options.places || faceted, ..*options };
-        let chunks: Vec<facets::FacetList> = layout
-            .face_chunks()
-            .into_par_iter()
-            .map(|faces| facets::of_faces(self.table(), &layout, &sides, faces, &with_places))
-            .collect();
-        let corners: u64 = chunks.iter().map(|c| c.corners.len() as u64).sum();
-        if corners > MAX_COUNT as u64 {
-            return Err(TessellateError::TooLarge { what: "facet corners", count: corners, limit: MAX_COUNT as u64 });
-        }
-        let mut out = Tessellation {
-            positions,
-            face_offsets: vec![0],
-            corners: Vec::with_capacity(corners as usize),
-            normals,
-            normal_corners: Vec::new(),
-            places: options.places.then(Places::default),
-            rates: PatchRates::default(),
-            facets: options.facets,
-        };
-        if faceted {
-            let own = faceted::PatchNormals::of(&chunks);
-            let sampler = Sampler::new(*self, &layout, Some(NormalOf::SPACE));
-            out.normals = own.sources.par_iter().map(|&at| round(sampler.normal(at))).collect();
-            out.normal_corners = own.corners;
-        }
-        for chunk in chunks {
-            let base = out.corners.len() as u32;
-            out.face_offsets.extend(chunk.ends.iter().map(|end| base + end));
-            out.corners.extend_from_slice(&chunk.corners);
-            out.normal_corners.extend_from_slice(&chunk.normal_corners);
-            if let Some(places) = &mut out.places {
-                places.facet.extend_from_slice(&chunk.places);
-                places.corner_uv.extend_from_slice(&chunk.corner_uv);
-            }
-        }
-        out.rates = layout.into_rates();
-        Ok(out)
+        Ok(self.tessellator(options)?.into_mesh(*self, shading))
     }
 }

@@ -16,13 +16,22 @@ mod build;
 mod channel;
 mod check;
 mod cut_out;
+mod cutter;
+mod face_of;
+mod matching;
 mod raise;
+mod sharpness_column;
 mod splice;
+mod tables;
 
 pub(crate) use channel::{ChannelTopology, Interpolation};
-pub(crate) use cut_out::{Surroundings, Walk};
-pub(crate) use raise::lowered;
+pub(crate) use cut_out::{Around, Surroundings, Walk};
+pub(crate) use cutter::Cutter;
+pub(crate) use face_of::FaceOf;
+pub(crate) use raise::{Lowest, excess, lowered};
+pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
+pub(crate) use tables::Tables;
 
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};
@@ -48,18 +57,18 @@ pub struct Topology {
     pub(crate) face_offset: Vec<u32>,
     /// Per half-edge: origin, face, edge, twin.
     pub(crate) origin: Vec<u32>,
-    pub(crate) face: Vec<u32>,
+    pub(crate) face: FaceOf,
     pub(crate) edge: Vec<u32>,
     pub(crate) twin: Vec<u32>,
     pub(crate) edge_vertices: Vec<[u32; 2]>,
     /// One half-edge of every edge.
     pub(crate) edge_half_edge: Vec<u32>,
     pub(crate) edge_flags: Vec<EdgeFlags>,
-    pub(crate) edge_sharpness: Vec<f64>,
+    pub(crate) edge_sharpness: SharpnessColumn,
     /// One outgoing half-edge per vertex; the one that leads the fan where the fan is open.
     pub(crate) vertex_half_edge: Vec<u32>,
     pub(crate) vertex_non_manifold: Vec<bool>,
-    pub(crate) vertex_sharpness: Vec<f64>,
+    pub(crate) vertex_sharpness: SharpnessColumn,
     /// Sharp edges (sharpness > 0) at every vertex: `sharp_edges[sharp_offset[v]..sharp_offset[v + 1]]`, ascending.
     pub(crate) sharp_offset: Vec<u32>,
     pub(crate) sharp_edges: Vec<u32>,
@@ -88,7 +97,8 @@ impl Topology {
     /// [`MeshError::CreaseNotOnEdge`] where a crease names two vertices that no edge joins, and
     /// [`MeshError::TooLarge`] where edges overflow 32-bit indices.
     pub fn new(mesh: &ControlMesh) -> Result<Self, MeshError> {
-        build::from_mesh(mesh)
+        // One entry into the thread pool for all that follows.
+        rayon::scope(|_| build::from_mesh(mesh))
     }
 
     /// Number of vertices, isolated ones included.
@@ -118,7 +128,8 @@ impl Topology {
 
     /// The vertices of a face, counter-clockwise.
     pub fn face_vertices(&self, face: Face) -> &[u32] {
-        &self.origin[self.first(face) as usize..self.face_offset[face.index() + 1] as usize]
+        let first = self.first(face) as usize;
+        &self.origin[first..first + self.sides(face)]
     }
 
     /// Start of every face in [`corners`](Self::corners), and the end of the last one.
@@ -134,7 +145,11 @@ impl Topology {
     /// Number of corners of a face.
     #[inline]
     pub fn sides(&self, face: Face) -> usize {
-        (self.face_offset[face.index() + 1] - self.face_offset[face.index()]) as usize
+        match self.face {
+            FaceOf::Quads => 4,
+            FaceOf::Triangles => 3,
+            FaceOf::Listed(_) => (self.face_offset[face.index() + 1] - self.face_offset[face.index()]) as usize,
+        }
     }
 
     /// True for a face that shapes its neighbours but is not part of the surface.
@@ -150,13 +165,13 @@ impl Topology {
 
     #[inline]
     pub(crate) fn first(&self, face: Face) -> u32 {
-        self.face_offset[face.index()]
+        self.face.first(face.0, &self.face_offset)
     }
 
     /// The face on the left of a half-edge.
     #[inline]
     pub fn face(&self, h: HalfEdge) -> Face {
-        Face(self.face[h.index()])
+        Face(self.face.get(h.0))
     }
 
     /// Where a half-edge starts.
@@ -181,15 +196,13 @@ impl Topology {
     /// The following half-edge of the same face.
     #[inline]
     pub fn next(&self, h: HalfEdge) -> HalfEdge {
-        let f = self.face[h.index()] as usize;
-        if h.0 + 1 == self.face_offset[f + 1] { HalfEdge(self.face_offset[f]) } else { HalfEdge(h.0 + 1) }
+        HalfEdge(self.face.next(h.0, &self.face_offset))
     }
 
     /// The preceding half-edge of the same face.
     #[inline]
     pub fn prev(&self, h: HalfEdge) -> HalfEdge {
-        let f = self.face[h.index()] as usize;
-        if h.0 == self.face_offset[f] { HalfEdge(self.face_offset[f + 1] - 1) } else { HalfEdge(h.0 - 1) }
+        HalfEdge(self.face.prev(h.0, &self.face_offset))
     }
 
     /// The next outgoing half-edge counter-clockwise round the origin of `h`; none where the fan ends.
@@ -202,6 +215,30 @@ impl Topology {
     #[inline]
     pub fn turn_right(&self, h: HalfEdge) -> Option<HalfEdge> {
         self.twin(h).map(|t| self.next(t))
+    }
+
+    /// Visits the outgoing half-edges of the fan that starts at the vertex's leading one, counter-clockwise; true where the
+    /// fan is closed.
+    #[inline]
+    pub(crate) fn walk_fan(&self, v: Vertex, visit: impl FnMut(HalfEdge)) -> bool {
+        match self.face {
+            FaceOf::Quads => self.walk_fan_by(v, |h| h & !3 | h.wrapping_sub(1) & 3, visit),
+            _ => self.walk_fan_by(v, |h| self.face.prev(h, &self.face_offset), visit),
+        }
+    }
+
+    #[inline]
+    fn walk_fan_by(&self, v: Vertex, prev: impl Fn(u32) -> u32, mut visit: impl FnMut(HalfEdge)) -> bool {
+        let start = self.vertex_half_edge[v.index()];
+        let mut at = start;
+        while at != NONE {
+            visit(HalfEdge(at));
+            at = self.twin[prev(at) as usize];
+            if at == start {
+                return true;
+            }
+        }
+        false
     }
 
     /// An outgoing half-edge of a vertex, the clockwise-most one where the fan is open; none for isolated vertices.
@@ -219,13 +256,13 @@ impl Topology {
     /// Effective sharpness of an edge, in `[0, 10]`.
     #[inline]
     pub fn edge_sharpness(&self, e: Edge) -> f64 {
-        self.edge_sharpness[e.index()]
+        self.edge_sharpness.get(e.index())
     }
 
     /// Effective sharpness of a vertex, in `[0, 10]`.
     #[inline]
     pub fn vertex_sharpness(&self, v: Vertex) -> f64 {
-        self.vertex_sharpness[v.index()]
+        self.vertex_sharpness.get(v.index())
     }
 
     /// True for an edge with fewer than two faces.
@@ -276,33 +313,47 @@ impl Topology {
 
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
     pub(crate) fn index_sharp_edges(&mut self) {
-        let mut offset = vec![0u32; self.vertex_count + 1];
-        let sharp = |e: &usize| self.edge_sharpness[*e] > 0.0;
-        let edges = || (0..self.edge_vertices.len()).filter(sharp);
+        let Self { edge_vertices, edge_sharpness, sharp_offset: offset, sharp_edges: list, .. } = self;
+        let edges = || edge_sharpness.sharp();
         // A degenerate edge (both ends equal) is listed once.
         let ends = |e: usize| {
-            let [a, b] = self.edge_vertices[e];
+            let [a, b] = edge_vertices[e];
             std::iter::once(a).chain((b != a).then_some(b))
         };
-        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 1] += 1));
-        for v in 0..self.vertex_count {
-            offset[v + 1] += offset[v];
+        // Counted two places further, so that filling moves every start to where it belongs.
+        offset.clear();
+        offset.resize(self.vertex_count + 2, 0);
+        edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 2] += 1));
+        for v in 2..offset.len() {
+            offset[v] += offset[v - 1];
         }
-        let mut fill = offset.clone();
-        let mut list = vec![0u32; offset[self.vertex_count] as usize];
+        list.clear();
+        list.resize(offset[self.vertex_count + 1] as usize, 0);
         for e in edges() {
             for v in ends(e) {
-                list[fill[v as usize] as usize] = e as u32;
-                fill[v as usize] += 1;
+                let slot = &mut offset[v as usize + 1];
+                list[*slot as usize] = e as u32;
+                *slot += 1;
             }
         }
-        self.sharp_offset = offset;
-        self.sharp_edges = list;
+        offset.pop();
+    }
+
+    /// Heap memory of the tables in bytes; the maps are left out, which are empty but for odd meshes.
+    pub(crate) fn bytes(&self) -> usize {
+        let lists = [&self.face_offset, &self.origin, &self.edge, &self.twin, &self.edge_half_edge];
+        let by_vertex = [&self.vertex_half_edge, &self.sharp_offset, &self.sharp_edges];
+        let numbers: usize = lists.into_iter().chain(by_vertex).map(|list| 4 * list.capacity()).sum();
+        let edges = size_of::<[u32; 2]>() * self.edge_vertices.capacity()
+            + size_of::<EdgeFlags>() * self.edge_flags.capacity()
+            + self.edge_sharpness.bytes();
+        let vertices = self.vertex_non_manifold.capacity() + self.vertex_sharpness.bytes();
+        numbers + edges + vertices + self.face.bytes() + self.hole.capacity() + self.edits.bytes()
     }
 
     /// True where the edge is infinitely sharp.
     #[inline]
     pub fn is_infinitely_sharp(&self, e: Edge) -> bool {
-        self.edge_sharpness[e.index()] >= INFINITE_SHARPNESS
+        self.edge_sharpness(e) >= INFINITE_SHARPNESS
     }
 }

@@ -1,11 +1,10 @@
 //! Everything of ours that is measured, one function for each; nothing else here calls the library to be timed.
 
 use super::case::Case;
-use super::rivals::patches::Frames;
-use rayon::prelude::*;
+use crate::shape::Shape;
 use subsurf::{
-    Crease, Level, LimitStencilTable, LimitSurface, Location, PatchTable, Rates, StencilTable, Tags, TessellateOptions,
-    Tessellation,
+    Crease, Level, LimitStencilTable, LimitSurface, Location, PatchTable, Rates, StencilTable, TableEditor,
+    TessellateOptions, Tessellation, UniformRefinement,
 };
 
 const FITS: &str = "meshes that are measured are valid";
@@ -29,30 +28,22 @@ pub struct Refined {
 
 /// Face lists and positions to the positions and faces of a level.
 pub fn refine(case: &Case, depth: u32) -> Refined {
-    let refinement = Refinement::new(case, depth);
-    let positions = refinement.update(&case.control);
-    let corners = refinement.levels.last().expect("level 0 at least").topology().corners().to_vec();
-    Refined { positions, corners }
+    let refinement = Refinement::new(case, depth).0;
+    Refined { positions: refinement.refine(&case.control), corners: refinement.corners() }
 }
 
 /// What stays when positions change.
-pub struct Refinement {
-    levels: Vec<Level>,
-}
+pub struct Refinement(UniformRefinement);
 
 impl Refinement {
     pub fn new(case: &Case, depth: u32) -> Self {
-        let mut levels = vec![control_level(case)];
-        for _ in 0..depth {
-            levels.push(levels.last().expect("level 0 at least").refine().expect(FITS));
-        }
-        Self { levels }
+        let mesh = case.shape.mesh().expect(FITS);
+        Self(UniformRefinement::new(&mesh, case.shape.our_scheme(), depth).expect(FITS))
     }
 
-    /// The positions of the level from new control points.
-    pub fn update(&self, control: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let (parents, first) = (&self.levels[..self.levels.len() - 1], control.to_vec());
-        parents.iter().fold(first, |values, level| level.refine_values(&values))
+    /// The positions of the level from new control points, over what was there.
+    pub fn update(&self, control: &[[f32; 3]], out: &mut [[f32; 3]]) {
+        self.0.refine_into(control, out);
     }
 }
 
@@ -71,37 +62,43 @@ pub fn apply_stencils(table: &StencilTable<f32>, control: &[[f32; 3]], out: &mut
 
 /// A tessellation from a table and positions.
 pub fn tessellate(table: &PatchTable, control: &[[f32; 3]], rate: u32, normals: bool) -> Tessellation<f32> {
-    let options = TessellateOptions { rates: Rates::Uniform(rate), normals, ..TessellateOptions::default() };
-    table.surface(control).tessellate(&options).expect(FITS)
+    table.surface(control).tessellate(&options(rate, normals)).expect(FITS)
+}
+
+fn options(rate: u32, normals: bool) -> TessellateOptions {
+    TessellateOptions { rates: Rates::Uniform(rate), normals, ..TessellateOptions::default() }
+}
+
+/// Points and normals of a tessellation.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Samples {
+    pub points: Vec<[f32; 3]>,
+    pub normals: Vec<[f32; 3]>,
 }
 
 /// What stays when positions change.
-pub struct Tessellator<'a> {
-    table: &'a PatchTable,
-    rate: u32,
-    normals: bool,
-}
+pub struct Tessellator<'a>(subsurf::Tessellator<'a, f32>);
 
 impl<'a> Tessellator<'a> {
-    pub fn new(table: &'a PatchTable, rate: u32, normals: bool) -> Self {
-        Self { table, rate, normals }
+    pub fn new(table: &'a PatchTable, control: &'a [[f32; 3]], rate: u32, normals: bool) -> Self {
+        Self(table.surface(control).tessellator(&options(rate, normals)).expect(FITS))
     }
 
-    pub fn update(&self, control: &[[f32; 3]]) -> Tessellation<f32> {
-        tessellate(self.table, control, self.rate, self.normals)
+    /// Room for what is evaluated.
+    pub fn samples(&self) -> Samples {
+        let [points, normals] = [self.0.point_count(), self.0.normal_count()].map(|n| vec![[0.0; 3]; n]);
+        Samples { points, normals }
+    }
+
+    /// Points and normals from new control points, over what was there.
+    pub fn update(&self, control: &[[f32; 3]], out: &mut Samples) {
+        self.0.evaluate_into(control, &mut out.points, &mut out.normals);
     }
 }
 
 /// Position and first derivatives at places, in the order given.
-pub fn eval(surface: &LimitSurface<'_, f32, 3>, places: &[Location], out: &mut Frames) {
-    let [position, du, dv] = &mut out.0;
-    let rows = position.par_iter_mut().zip(du.par_iter_mut()).zip(dv.par_iter_mut());
-    places.par_iter().zip(rows).with_min_len(256).for_each(|(&at, ((position, du), dv))| {
-        let jet = surface.eval(at).expect("no mesh that is measured has holes");
-        *position = jet.position.map(|x| x as f32);
-        *du = jet.du.map(|x| x as f32);
-        *dv = jet.dv.map(|x| x as f32);
-    });
+pub fn eval(surface: &LimitSurface<'_, f32, 3>, places: &[Location], rows: &mut [[[f32; 3]; 3]]) {
+    assert!(surface.eval_into(places, rows).is_empty(), "no place is a vertex or a hole");
 }
 
 /// Limit stencils of position and first derivatives.
@@ -113,19 +110,49 @@ pub fn apply_limit_stencils(table: &LimitStencilTable<f32>, control: &[[f32; 3]]
     table.frames_into(control, out);
 }
 
-/// The table after the sharpness of one crease has changed.
-pub fn edit_crease(case: &Case, tags: &Tags) -> PatchTable {
-    let mut shape = case.shape.clone();
-    shape.tags = tags.clone();
-    PatchTable::new(&shape.mesh().expect(FITS), shape.our_scheme()).expect(FITS)
+/// A table that follows edits, and what is edited: an edge in the middle of the mesh, and the face beside it.
+pub struct Editing {
+    editor: TableEditor,
+    edge: (u32, u32),
+    face: Vec<u32>,
+    /// The numbers that the face has now, as one or as two.
+    now: Vec<u32>,
 }
 
-/// The tags of a mesh with one more crease, along the first edge of a face in the middle.
-pub fn one_more_crease(case: &Case, sharpness: f64) -> Tags {
-    let face = case.faces() / 2;
-    let first: u32 = case.shape.counts[..face].iter().sum();
-    let [a, b] = [0, 1].map(|i| case.shape.indices[first as usize + i]);
-    let mut tags = case.shape.tags.clone();
-    tags.creases.push(Crease::new(a, b, sharpness));
-    tags
+impl Editing {
+    pub fn new(case: &Case) -> Self {
+        let editor = TableEditor::new(&case.shape.mesh().expect(FITS), case.shape.our_scheme()).expect(FITS);
+        let (face, corners) = middle_face(case);
+        Self { editor, edge: (corners[0], corners[1]), face: corners, now: vec![face] }
+    }
+
+    /// Gives the edge a sharpness.
+    pub fn crease(&mut self, sharpness: f64) {
+        self.editor.set_creases(&[self.edge], sharpness).expect("the edge is there");
+    }
+
+    /// Cuts the face into two along a diagonal, or makes the two one again.
+    pub fn cut_or_join(&mut self) {
+        let all = self.face.as_slice();
+        let parts = [[all[0], all[1], all[2]], [all[0], all[2], all[3]]];
+        let new: &[&[u32]] = if self.now.len() == 1 { &[&parts[0], &parts[1]] } else { &[all] };
+        let edited = self.editor.replace_faces(&self.now, new).expect("the face is there");
+        self.now = edited.added.iter().map(|face| face.0).collect();
+    }
+}
+
+/// A quad in the middle of a mesh, and its corners.
+fn middle_face(case: &Case) -> (u32, Vec<u32>) {
+    let half = case.faces() / 2;
+    let face = (half..case.faces()).find(|&f| case.shape.counts[f] == 4).expect("meshes that are measured have quads");
+    let first = case.shape.counts[..face].iter().sum::<u32>() as usize;
+    (face as u32, case.shape.indices[first..first + 4].to_vec())
+}
+
+/// A mesh with one more crease, along the edge that [`Editing`] edits.
+pub fn one_more_crease(case: &Case, sharpness: f64) -> Shape {
+    let (_, corners) = middle_face(case);
+    let mut shape = case.shape.clone();
+    shape.tags.creases.push(Crease::new(corners[0], corners[1], sharpness));
+    shape
 }

@@ -12,8 +12,8 @@ pub mod name {
     pub const FAR: &str = "OpenSubdiv Far";
     pub const FAR_4: &str = "Far, isolation 4";
     pub const FAR_6: &str = "Far, isolation 6";
-    pub const FAR_10: &str = "Far, isolation 10";
-    pub const FAR_10_SINGLE: &str = "Far, single-crease patches";
+    pub const FAR_CREASES: &str = "Far, feature-adaptive";
+    pub const FAR_SINGLE: &str = "Far, single-crease patches";
     pub const OSD: &str = "Osd, batches";
     pub const OSD_XYZ: &str = "Osd stencils, xyz";
     pub const OSD_XYZW: &str = "Osd stencils, xyzw";
@@ -26,6 +26,7 @@ pub mod name {
     pub const HALF_EDGE: &str = "half-edge";
     pub const OURS: &str = "subsurf";
     pub const OUR_STENCILS: &str = "subsurf stencils";
+    pub const OURS_ANEW: &str = "subsurf, built anew";
     pub const FLOOR: &str = "writing the output";
 }
 

@@ -15,6 +15,7 @@ fn every_figure_is_there_and_above_zero() {
             "/threads",
             "/faces",
             "/build_s",
+            "/build_peak_bytes",
             "/table_bytes",
             "/plans",
             "/refine/cold_s",

@@ -71,10 +71,10 @@ impl SparseLevel {
             place: (0..t.face_count()).map(place).collect(),
             complete: (0..t.face_count()).map(|f| !t.is_hole(Face::new(f))).collect(),
             edge_ends: t.edge_vertices.clone(),
-            edge_sharpness: t.edge_sharpness.clone(),
+            edge_sharpness: t.edge_sharpness.iter().collect(),
             edge_flags: t.edge_flags.clone(),
             vertex_tag: VertexTag::of_control_mesh(t, scheme),
-            vertex_sharpness: t.vertex_sharpness.clone(),
+            vertex_sharpness: t.vertex_sharpness.iter().collect(),
         }
     }
 

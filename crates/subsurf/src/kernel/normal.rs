@@ -2,6 +2,7 @@
 
 use super::LANES;
 use crate::real::Real;
+use fearless_simd::{Level, Simd, dispatch};
 
 /// Squared sine of the angle between the derivatives below which their cross product has lost too many digits: what
 /// rounding leaves of a normal is the weights' precision over the sine. Larger: more samples for the careful way; smaller:
@@ -11,27 +12,53 @@ const LEAST_SINE_SQ: f64 = 1e-4;
 /// `du × dv` at unit length, component by component; and the samples, as bits, where that cannot be told with certainty:
 /// derivatives nearly parallel, zero, or beyond the range of squares. Their normals are to be had otherwise.
 #[inline(always)]
-pub(crate) fn unit_normals<T: Real>(du: &[[T; LANES]], dv: &[[T; LANES]]) -> ([[T; LANES]; 3], u32) {
-    let (least, smallest) = (T::from_f64(LEAST_SINE_SQ), T::SMALLEST_SQUARE);
-    let mut normals = [[T::default(); LANES]; 3];
-    let mut sure = [false; LANES];
-    for k in 0..LANES {
-        let (a, b) = ([du[0][k], du[1][k], du[2][k]], [dv[0][k], dv[1][k], dv[2][k]]);
-        let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-        let square = |v: [T; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        let n_sq = square(n);
-        // Also false where something is not finite.
-        sure[k] = (n_sq > least * (square(a) * square(b))) & (n_sq > smallest);
-        let scale = n_sq.root().inverse();
-        for c in 0..3 {
-            normals[c][k] = n[c] * scale;
+pub(super) fn unit_normals<T: Real, S: Simd>(
+    simd: S,
+    a: [T::Block<S>; 3],
+    b: [T::Block<S>; 3],
+) -> ([T::Block<S>; 3], u32) {
+    let n = [minor::<T, S>(simd, a, b, 1, 2), minor::<T, S>(simd, a, b, 2, 0), minor::<T, S>(simd, a, b, 0, 1)];
+    let n_sq = square::<T, S>(simd, n);
+    let least = T::times(
+        simd,
+        T::splat(simd, T::from_f64(LEAST_SINE_SQ)),
+        T::times(simd, square::<T, S>(simd, a), square::<T, S>(simd, b)),
+    );
+    // Also false where something is not a number, or all are infinite.
+    let sure = T::above(simd, n_sq, least) & T::above(simd, n_sq, T::splat(simd, T::SMALLEST_SQUARE));
+    let scale = T::inverse_root(simd, n_sq);
+    (
+        [T::times(simd, n[0], scale), T::times(simd, n[1], scale), T::times(simd, n[2], scale)],
+        !sure & ((1 << LANES) - 1),
+    )
+}
+
+#[inline(always)]
+fn minor<T: Real, S: Simd>(simd: S, a: [T::Block<S>; 3], b: [T::Block<S>; 3], i: usize, j: usize) -> T::Block<S> {
+    T::minus(simd, T::times(simd, a[i], b[j]), T::times(simd, a[j], b[i]))
+}
+
+#[inline(always)]
+fn square<T: Real, S: Simd>(simd: S, v: [T::Block<S>; 3]) -> T::Block<S> {
+    let [x, y, z] = [T::times(simd, v[0], v[0]), T::times(simd, v[1], v[1]), T::times(simd, v[2], v[2])];
+    T::plus(simd, T::plus(simd, x, y), z)
+}
+
+#[inline(always)]
+fn load<T: Real, S: Simd>(simd: S, v: &[[T; LANES]; 3]) -> [T::Block<S>; 3] {
+    [T::load(simd, &v[0]), T::load(simd, &v[1]), T::load(simd, &v[2])]
+}
+
+/// The same from memory, to samples side by side.
+pub(crate) fn unit_normals_of<T: Real>(du: &[[T; LANES]; 3], dv: &[[T; LANES]; 3], out: &mut [[T; 3]; LANES]) -> u32 {
+    dispatch!(Level::new(), simd => simd.vectorize(
+        #[inline(always)]
+        || {
+            let (unit, unsure) = unit_normals::<T, _>(simd, load::<T, _>(simd, du), load::<T, _>(simd, dv));
+            T::store_xyz(simd, unit, out);
+            unsure
         }
-    }
-    let mut unsure = 0;
-    for k in 0..LANES {
-        unsure |= u32::from(!sure[k]) << k;
-    }
-    (normals, unsure)
+    ))
 }
 
 #[cfg(test)]
@@ -46,13 +73,14 @@ mod tests {
                 let [du, dv] = [0.0, 0.7].map(|s| -> [[T; LANES]; 3] {
                     std::array::from_fn(|c| std::array::from_fn(|k| T::from_f64(size * at(k, c, s))))
                 });
-                let (normals, unsure) = unit_normals(&du, &dv);
+                let mut normals = [[T::default(); 3]; LANES];
+                let unsure = unit_normals_of(&du, &dv, &mut normals);
                 for k in (0..LANES).filter(|k| unsure >> k & 1 == 0) {
                     let [a, b] = [&du, &dv].map(|d| [0, 1, 2].map(|c| d[c][k].to_f64()));
                     let exact = crate::limit::unit_normal(a, b).unwrap();
                     for c in 0..3 {
                         // Each product of the cross product is off by its rounding, the sine being 0.01 at least.
-                        let off = (normals[c][k].to_f64() - exact[c]).abs();
+                        let off = (normals[k][c].to_f64() - exact[c]).abs();
                         assert!(off < 400.0 * rounding, "size {size:e} sample {k}: off by {off:e}");
                     }
                 }
@@ -71,7 +99,7 @@ mod tests {
         let mut dv = du;
         dv[0][5] = 9.0;
         dv[2][7] = f32::NAN;
-        assert_eq!(unit_normals(&du, &dv).1, !(1 << 5) & 0xffff);
-        assert_eq!(unit_normals(&[[0.0f64; LANES]; 3], &[[1.0; LANES]; 3]).1, 0xffff);
+        assert_eq!(unit_normals_of(&du, &dv, &mut [[0.0; 3]; LANES]), !(1 << 5) & 0xffff);
+        assert_eq!(unit_normals_of(&[[0.0f64; LANES]; 3], &[[1.0; LANES]; 3], &mut [[0.0; 3]; LANES]), 0xffff);
     }
 }

@@ -92,15 +92,20 @@ impl ParentPoints<'_> {
 
 /// Terms of child vertex `v` over the vertices of its parent level.
 pub(crate) fn child_vertex(t: &Topology, scheme: Scheme, v: u32, term: &mut dyn FnMut(u32, f64)) {
+    child_vertex_by(t, scheme, v, &mut Mask::default(), term);
+}
+
+/// The same with memory for the mask.
+pub(crate) fn child_vertex_by(t: &Topology, scheme: Scheme, v: u32, mask: &mut Mask, term: &mut dyn FnMut(u32, f64)) {
+    mask.clear();
     let vertices = t.vertex_count() as u32;
     let faces = if scheme.split() == SplitKind::Quads { t.face_count() as u32 } else { 0 };
-    let mut mask = Mask::default();
     if v < vertices {
-        vertex_mask(t, scheme, Vertex(v), &mut mask);
+        vertex_mask(t, scheme, Vertex(v), mask);
     } else if v < vertices + faces {
         mask.face(Face(v - vertices), 1.0);
     } else {
-        edge_mask(t, scheme, Edge(v - vertices - faces), &mut mask);
+        edge_mask(t, scheme, Edge(v - vertices - faces), mask);
     }
     mask.vertices.iter().for_each(|&(p, w)| term(p, w));
     for &(f, w) in &mask.faces {

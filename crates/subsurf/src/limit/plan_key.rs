@@ -1,7 +1,7 @@
 //! Keys of plans: surroundings as lists of numbers, compared in full.
 
 use crate::index::{Face, HalfEdge};
-use crate::topology::{Topology, lowered};
+use crate::topology::{Tables, excess, lowered};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -13,12 +13,16 @@ pub(super) type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
 
 /// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
 /// differ by a turn alone share a plan. Ties go to the first. Raising all finite sharpness by a whole number changes nothing.
-pub(super) fn canonical_corner(t: &Topology, face: Face) -> usize {
+pub(super) fn canonical_corner(t: &impl Tables, face: Face) -> usize {
+    canonical_corner_lowered(t, face, excess(t, face))
+}
+
+/// The same where the face's [`excess`] is known.
+pub(super) fn canonical_corner_lowered(t: &impl Tables, face: Face, excess: u8) -> usize {
     let sides = t.sides(face);
     let mut sign = [0; 4];
-    let excess = t.excess(face) as i8;
     for (c, s) in sign.iter_mut().enumerate().take(sides) {
-        *s = corner_signature(t, t.half_edge(face, c), excess);
+        *s = corner_signature(t, t.half_edge(face, c), excess as i8);
     }
     if sign[1..sides].iter().all(|&s| s == sign[0]) {
         return 0;
@@ -32,9 +36,9 @@ pub(super) fn canonical_corner(t: &Topology, face: Face) -> usize {
 }
 
 /// A number that is equal for corners with equal fans (and seldom equal for others), finite sharpness lowered by `excess`.
-fn corner_signature(t: &Topology, own: HalfEdge, excess: i8) -> u64 {
+fn corner_signature(t: &impl Tables, own: HalfEdge, excess: i8) -> u64 {
     let v = t.origin(own);
-    let sharp = t.vertex_sharpness(v) > 0.0 || !t.sharp_edges(v).is_empty();
+    let sharp = t.vertex_sharpness(v) > 0.0 || t.sharp_edges(v).next().is_some();
     let mut hash = KeyHasher::default();
     let mut note = |h: HalfEdge| {
         hash.write_u32(t.sides(t.face(h)) as u32);

@@ -18,6 +18,15 @@ impl Rows {
         Self { offset: vec![0], columns, ..Self::default() }
     }
 
+    /// Forgets all rows; further ones are over `columns` points.
+    pub fn clear(&mut self, columns: usize) {
+        self.offset.clear();
+        self.offset.push(0);
+        self.column.clear();
+        self.weight.clear();
+        self.columns = columns;
+    }
+
     /// Adds a row: the terms added to `sum` since it was last taken from.
     pub fn push(&mut self, sum: &mut Accumulator) {
         sum.drain(|c, w| {
@@ -81,6 +90,7 @@ impl Rows {
 }
 
 /// Adds up sparse terms; gives them back in ascending order.
+#[derive(Default)]
 pub(crate) struct Accumulator {
     sum: Vec<f64>,
     used: Vec<bool>,
@@ -90,6 +100,14 @@ pub(crate) struct Accumulator {
 impl Accumulator {
     pub fn new(columns: usize) -> Self {
         Self { sum: vec![0.0; columns], used: vec![false; columns], touched: Vec::new() }
+    }
+
+    /// Makes room for `columns` points. Nothing may have been added.
+    pub fn widen(&mut self, columns: usize) {
+        if columns > self.sum.len() {
+            self.sum.resize(columns, 0.0);
+            self.used.resize(columns, false);
+        }
     }
 
     pub fn add(&mut self, column: u32, weight: f64) {

@@ -94,7 +94,7 @@ pub(super) fn child(t: &Topology) -> Topology {
         inwards: |t, h| Child::of(t, h).half_edge(D),
         inside: inside.collect(),
         face_points: face_points.collect(),
-        parent_face: t.face.clone(),
+        parent_face: (0..half_edges as u32).map(|h| t.face(HalfEdge(h)).0).collect(),
     }
     .finish(t)
 }

@@ -2,7 +2,7 @@
 
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::sharpness::{decay, edge_half, foreign_half, seam_half};
-use crate::topology::{EdgeFlags, NONE, Topology};
+use crate::topology::{EdgeFlags, FaceOf, NONE, SharpnessColumn, Topology};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -30,7 +30,8 @@ pub(super) struct Split {
 }
 
 /// True where `h` runs from its edge's first end to the second.
-pub(super) fn runs_forward(t: &Topology, h: HalfEdge) -> bool {
+#[inline]
+pub(crate) fn runs_forward(t: &Topology, h: HalfEdge) -> bool {
     t.origin(h) == t.edge_vertices(t.edge(h))[0]
 }
 
@@ -59,16 +60,16 @@ impl Split {
         let mut edge_flags = Vec::with_capacity(self.inside.len() + 2 * edges);
         edge_flags.resize(self.inside.len(), EdgeFlags::default());
         edge_flags.extend(t.edge_flags.iter().flat_map(|&f| [f, f]));
-        let mut edge_sharpness = Vec::with_capacity(self.inside.len() + 2 * edges);
-        edge_sharpness.resize(self.inside.len(), 0.0);
-        edge_sharpness.par_extend((0..2 * edges).into_par_iter().with_min_len(SHARE).map(|k| {
-            let e = Edge((k / 2) as u32);
-            edge_half(t, e, t.edge_vertices(e)[k % 2])
-        }));
+        let mut edge_sharpness = SharpnessColumn::smooth(self.inside.len() + 2 * edges);
+        for e in t.edge_sharpness.sharp() {
+            for (k, v) in t.edge_vertices(Edge(e as u32)).into_iter().enumerate() {
+                edge_sharpness.set(self.inside.len() + 2 * e + k, edge_half(t, Edge(e as u32), v));
+            }
+        }
 
         let vertex_count = first_edge_point + edges;
-        let mut vertex_sharpness: Vec<f64> = t.vertex_sharpness.iter().map(|&s| decay(s)).collect();
-        vertex_sharpness.resize(vertex_count, 0.0);
+        let mut vertex_sharpness = SharpnessColumn::smooth(vertex_count);
+        t.vertex_sharpness.sharp().for_each(|v| vertex_sharpness.set(v, decay(t.vertex_sharpness.get(v))));
         let mut vertex_non_manifold = t.vertex_non_manifold.clone();
         vertex_non_manifold.resize(first_edge_point, false);
         vertex_non_manifold.extend(t.edge_flags.iter().map(|f| f.non_manifold));
@@ -85,7 +86,7 @@ impl Split {
             vertex_count,
             face_offset: (0..=half_edges / self.sides).map(|f| self.sides * f).collect(),
             origin: self.origin,
-            face: (0..half_edges).into_par_iter().with_min_len(SHARE).map(|h| h / self.sides).collect(),
+            face: FaceOf::uniform(self.sides, half_edges as usize),
             edge: self.edge,
             twin: self.twin,
             edge_vertices,

@@ -42,8 +42,8 @@ impl<'a> Levels<'a> {
             // Sectors decide what is sharp; seams are smooth curves, but where the limit normal must stay.
             let channel = Channel::face_varying(t, scheme, sectors.len(), &sectors.corner, FaceVarying::None)?;
             let mut topology = channel.topology().clone();
-            for (sharpness, _) in topology.vertex_sharpness.iter_mut().zip(&sectors.locked).filter(|(_, l)| **l) {
-                *sharpness = INFINITE_SHARPNESS;
+            for (v, _) in sectors.locked.iter().enumerate().filter(|(_, locked)| **locked) {
+                topology.vertex_sharpness.set(v, INFINITE_SHARPNESS);
             }
             Level::from_topology(topology, scheme)
         } else {

@@ -14,7 +14,7 @@ pub(super) fn of_positions(whole: &Topology, cut: &Topology, positions: &[[f64; 
         .into_par_iter()
         .map(|f| vector_area(whole.face_vertices(Face(f)), positions, scale))
         .collect();
-    mean(cut, |h| areas[cut.face[h] as usize])
+    mean(cut, |h| areas[cut.face.get(h as u32) as usize])
 }
 
 /// Per vertex of `cut`: the mean of the normals `normals[corners[h]]` at its face corners, at unit length.

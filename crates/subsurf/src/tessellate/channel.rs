@@ -1,15 +1,15 @@
 //! A channel's values on the facets of a tessellation: the same rates over the channel's own topology, so that a value is
 //! evaluated once wherever faces share it, and seams fall where the channel has them.
 
+use super::evaluate::Output;
 use super::layout::{Layout, PatchRates};
 use super::normals::Sides;
-use super::sample::Sampler;
-use super::{TessellateError, TessellateOptions, Tessellation, facets};
+use super::pattern::Patterns;
+use super::{TessellateError, TessellateOptions, Tessellation, facets, tessellator};
 use crate::index::HalfEdge;
 use crate::limit::{LimitSurface, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use rayon::prelude::*;
 
 /// Values of a channel on the facets of a [`Tessellation`].
 #[derive(Clone, Debug, PartialEq)]
@@ -43,20 +43,12 @@ impl<P: Real> Tessellation<P> {
         }
         let layout = Layout::new(surface.table(), PatchRates { edge, patch: self.rates.patch.clone() });
         layout.check(MAX_COUNT as u64)?;
-        let sampler = Sampler::new(surface, &layout, None);
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, false));
         let mut values = vec![[T::default(); N]; layout.points()];
-        let (vertices, rest) = values.split_at_mut(layout.vertices());
-        let (edges, faces) = rest.split_at_mut(layout.edge_points());
-        sampler.vertices(vertices, &mut []);
-        sampler.edges(edges, &mut []);
-        sampler.faces(faces, &mut []);
+        let out = Output { points: &mut values, normals: &mut [] };
+        tessellator::fill(&layout, patterns.as_ref(), surface, None, out);
         let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };
-        let corners = layout
-            .face_chunks()
-            .into_par_iter()
-            .map(|faces| facets::of_faces(surface.table(), &layout, &Sides::default(), faces, &options).corners)
-            .collect::<Vec<_>>()
-            .concat();
+        let corners = facets::of_layout(&layout, &Sides::default(), &options)?.corners;
         debug_assert_eq!(corners.len(), self.corners.len());
         Ok(TessellatedChannel { values, corners })
     }

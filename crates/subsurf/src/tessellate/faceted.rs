@@ -1,7 +1,7 @@
 //! Normals of bilinear tessellations. Patches meet at edges there, sub-faces of one polygon included, so that no two share
 //! a normal: every patch has its own, one per point of its grid.
 
-use super::facets::FacetList;
+use super::facets::FacetArrays;
 use crate::index::Face;
 use crate::limit::Location;
 use std::collections::BTreeMap;
@@ -16,26 +16,22 @@ pub(super) struct PatchNormals {
 
 impl PatchNormals {
     /// For facets that have places, patch by patch.
-    pub fn of(facets: &[FacetList]) -> Self {
+    pub fn of(facets: &FacetArrays) -> Self {
         let mut out = Self::default();
         // Points of the patch at hand by the bits of their parameters.
         let mut known: BTreeMap<[u64; 2], u32> = BTreeMap::new();
         let mut patch = None;
-        for list in facets {
-            let mut start = 0;
-            for (&end, &(face, subface)) in list.ends.iter().zip(&list.places) {
-                if patch.replace((face, subface)) != Some((face, subface)) {
-                    known.clear();
+        for (ends, &(face, subface)) in facets.face_offsets.windows(2).zip(&facets.places.facet) {
+            if patch.replace((face, subface)) != Some((face, subface)) {
+                known.clear();
+            }
+            for &[u, v] in &facets.places.corner_uv[ends[0] as usize..ends[1] as usize] {
+                let next = out.sources.len() as u32;
+                let normal = *known.entry([u.to_bits(), v.to_bits()]).or_insert(next);
+                if normal == next {
+                    out.sources.push(Location { face: Face(face), subface, u, v });
                 }
-                for &[u, v] in &list.corner_uv[start..end as usize] {
-                    let next = out.sources.len() as u32;
-                    let normal = *known.entry([u.to_bits(), v.to_bits()]).or_insert(next);
-                    if normal == next {
-                        out.sources.push(Location { face: Face(face), subface, u, v });
-                    }
-                    out.corners.push(normal);
-                }
-                start = end as usize;
+                out.corners.push(normal);
             }
         }
         out

@@ -5,42 +5,91 @@
 
 use super::layout::{Layout, PatchGrid, on_side};
 use super::normals::Sides;
-use super::{Facets, TessellateOptions};
+use super::{Facets, Places, TessellateError, TessellateOptions, grid_facets};
 use crate::index::Face;
-use crate::limit::PatchTable;
+use crate::mesh::MAX_COUNT;
+use rayon::prelude::*;
 use std::ops::Range;
+
+/// Facets of a mesh.
+#[derive(Default)]
+pub(super) struct FacetArrays {
+    /// Start of every facet in `corners`, and the end of the last one.
+    pub face_offsets: Vec<u32>,
+    pub corners: Vec<u32>,
+    /// Normal of every corner; empty where normals go by the same indices as points.
+    pub normal_corners: Vec<u32>,
+    /// Empty if they were not asked for.
+    pub places: Places,
+}
 
 /// Facets of a run of faces.
 #[derive(Default)]
-pub(super) struct FacetList {
-    pub corners: Vec<u32>,
+struct FacetList {
+    corners: Vec<u32>,
     /// End of every facet in `corners`.
-    pub ends: Vec<u32>,
-    pub normal_corners: Vec<u32>,
-    pub places: Vec<(u32, u32)>,
-    pub corner_uv: Vec<[f64; 2]>,
+    ends: Vec<u32>,
+    normal_corners: Vec<u32>,
+    places: Places,
 }
 
 /// A facet corner: its point, its normal, its place in the patch.
 #[derive(Clone, Copy)]
-struct Corner {
-    point: u32,
-    normal: u32,
-    uv: [f64; 2],
+pub(super) struct Corner {
+    pub point: u32,
+    pub normal: u32,
+    pub uv: [f64; 2],
 }
 
-pub(super) fn of_faces(
-    table: &PatchTable,
+/// Facets of a layout.
+pub(super) fn of_layout(
     layout: &Layout<'_>,
     sides: &Sides,
-    faces: Range<u32>,
     options: &TessellateOptions,
-) -> FacetList {
+) -> Result<FacetArrays, TessellateError> {
+    let check = |count: u64| {
+        let limit = MAX_COUNT as u64;
+        if count > limit { Err(TessellateError::TooLarge { what: "facet corners", count, limit }) } else { Ok(()) }
+    };
+    if layout.is_uniform() {
+        let cells = |f: u32| -> u64 {
+            let subfaces = layout.table.subfaces(Face(f));
+            u64::from(subfaces) * u64::from(layout.cells[usize::from(subfaces > 1)]).pow(2)
+        };
+        let kept = |f: &u32| !layout.table.topology().is_hole(Face(*f));
+        let facets: u64 = (0..layout.table.topology().face_count() as u32).filter(kept).map(cells).sum();
+        let corners = match (layout.is_triangle(), options.facets) {
+            (true, _) => 3,
+            (false, Facets::Quads) => 4,
+            (false, Facets::Triangles) => 6,
+        };
+        check(facets.saturating_mul(corners))?;
+        return Ok(grid_facets::of_layout(layout, sides, options));
+    }
+    let chunks: Vec<FacetList> =
+        layout.face_chunks().into_par_iter().map(|faces| of_faces(layout, sides, faces, options)).collect();
+    let corners = chunks.iter().map(|c| c.corners.len() as u64).sum();
+    check(corners)?;
+    let mut out =
+        FacetArrays { face_offsets: vec![0], corners: Vec::with_capacity(corners as usize), ..FacetArrays::default() };
+    for chunk in chunks {
+        let base = out.corners.len() as u32;
+        out.face_offsets.extend(chunk.ends.iter().map(|end| base + end));
+        out.corners.extend_from_slice(&chunk.corners);
+        out.normal_corners.extend_from_slice(&chunk.normal_corners);
+        out.places.facet.extend_from_slice(&chunk.places.facet);
+        out.places.corner_uv.extend_from_slice(&chunk.places.corner_uv);
+    }
+    Ok(out)
+}
+
+fn of_faces(layout: &Layout<'_>, sides: &Sides, faces: Range<u32>, options: &TessellateOptions) -> FacetList {
     let mut out = FacetList::default();
+    let table = layout.table;
     let own_normals = options.normals && sides.extra() > 0;
     for f in faces.map(Face).filter(|&f| !table.topology().is_hole(f)) {
         for subface in 0..table.subfaces(f) {
-            let patch = Patch::new(layout, sides, f, subface, own_normals);
+            let patch = Patch::new(layout, own_normals.then_some(sides), f, subface);
             let mut emit = |facet: &[Corner]| {
                 let mut push = |facet: &[Corner]| {
                     out.corners.extend(facet.iter().map(|c| c.point));
@@ -49,8 +98,8 @@ pub(super) fn of_faces(
                         out.normal_corners.extend(facet.iter().map(|c| c.normal));
                     }
                     if options.places {
-                        out.places.push((f.0, subface));
-                        out.corner_uv.extend(facet.iter().map(|c| c.uv));
+                        out.places.facet.push((f.0, subface));
+                        out.places.corner_uv.extend(facet.iter().map(|c| c.uv));
                     }
                 };
                 match (facet, options.facets) {
@@ -80,14 +129,15 @@ pub(super) fn in_parameters(is_triangle: bool, cells: [u32; 2], sides: &[u32]) -
     facets
 }
 
-struct Patch {
+pub(super) struct Patch {
     grid: PatchGrid,
     /// Corners along the sides, each from its patch corner to the next, both included.
     side: Vec<Vec<Corner>>,
 }
 
 impl Patch {
-    fn new(layout: &Layout<'_>, sides: &Sides, f: Face, subface: u32, own_normals: bool) -> Self {
+    /// `sides` says which normals are not those of the points; none where all are.
+    pub fn new(layout: &Layout<'_>, sides: Option<&Sides>, f: Face, subface: u32) -> Self {
         let t = layout.table.topology();
         let is_quad = layout.table.subfaces(f) == 1;
         let is_triangle = layout.is_triangle();
@@ -96,9 +146,9 @@ impl Patch {
             let n = points.len() as u32 - 1;
             let along = |k: u32| f64::from(k) / f64::from(n);
             let normal = |k: u32, point: u32| {
+                let Some(sides) = sides else { return point };
                 // Which half-edge this side lies on, and how far along it the side starts.
                 let (h, start) = match (is_quad, s) {
-                    _ if !own_normals => return point,
                     (true, s) => (t.half_edge(f, s), 0),
                     (false, 0) => (t.half_edge(f, subface as usize), 0),
                     (false, 3) => (t.prev(t.half_edge(f, subface as usize)), n),
@@ -111,12 +161,7 @@ impl Patch {
                         return if outer { sides.along(h, middle, point) } else { point };
                     }
                 };
-                let (k, rate) = (start + k, layout.rates.edge[t.edge(h).index()]);
-                match k {
-                    0 => sides.corner(h, point),
-                    k if k == rate => sides.corner(t.next(h), point),
-                    k => sides.along(h, k, point),
-                }
+                sides.at(layout, h, start + k, point)
             };
             points
                 .iter()
@@ -128,8 +173,8 @@ impl Patch {
                 })
                 .collect()
         };
-        let sides = if is_triangle { 3 } else { 4 };
-        Self { grid: layout.grid(f, subface), side: (0..sides).map(side).collect() }
+        let count = if is_triangle { 3 } else { 4 };
+        Self { grid: layout.grid(f, subface), side: (0..count).map(side).collect() }
     }
 
     fn inner(&self, i: u32, j: u32) -> Corner {
@@ -157,7 +202,7 @@ impl Patch {
         }
     }
 
-    fn facets(&self, emit: &mut dyn FnMut(&[Corner])) {
+    pub fn facets(&self, emit: &mut dyn FnMut(&[Corner])) {
         let [nu, nv] = self.grid.cells;
         let fits = self.side.iter().enumerate().all(|(s, side)| side.len() as u32 - 1 == [nu, nv][s % 2]);
         let at = |i: u32, j: u32| if fits { self.at(i, j) } else { self.inner(i, j) };

@@ -63,61 +63,124 @@ fn inner_points(is_triangle: bool, [nu, nv]: [u64; 2]) -> u64 {
 pub(super) struct Layout<'a> {
     pub table: &'a PatchTable,
     pub rates: PatchRates,
+    /// Cells of whole faces and of sub-faces where all have the same, else zeros.
+    pub cells: [u32; 2],
     /// Point of every vertex.
     vertex_point: Vec<u32>,
-    /// The face corner that evaluates a vertex: the lowest one outside holes.
+    /// By point, the face corner that evaluates a vertex: the lowest one outside holes.
     pub vertex_owner: Vec<u32>,
-    /// First point inside every edge.
-    edge_first: Vec<u64>,
+    /// First point inside every edge, counted from the first of all. Edges come in the order of their owners.
+    edge_first: Vec<u32>,
     /// The half-edge that evaluates an edge: the lowest one outside holes.
     pub edge_owner: Vec<u32>,
-    /// First point inside every face.
-    face_first: Vec<u64>,
-    vertices: usize,
+    /// First point inside every face, counted from the first of all.
+    face_first: Vec<u32>,
+    /// By patch: bit `s` is set where its face evaluates the edge that its side `s` lies on; of sub-faces sides 0 and 3
+    /// lie on edges.
+    owned: Vec<u8>,
+    /// Points inside the edges that earlier chunks of faces own.
+    chunk_edges: Vec<u32>,
+    /// Numbers of points at vertices, inside edges, inside faces.
+    counts: [u64; 3],
 }
+
+/// Faces that a thread takes at a time, whatever the number of threads.
+const CHUNK: u32 = 128;
 
 impl<'a> Layout<'a> {
     pub fn new(table: &'a PatchTable, rates: PatchRates) -> Self {
         let t = table.topology();
         let is_triangle = table.scheme().split() == SplitKind::Triangles;
-        let mut vertex_owner = vec![NONE; t.vertex_count()];
+        let mut vertex_point = vec![NONE; t.vertex_count()];
         let mut edge_owner = vec![NONE; t.edge_count()];
-        for h in (0..t.half_edge_count() as u32).rev().map(HalfEdge) {
-            if !t.is_hole(t.face(h)) {
-                vertex_owner[t.origin(h).index()] = h.0;
-                edge_owner[t.edge(h).index()] = h.0;
-            }
-        }
-        let mut vertices = 0;
-        let vertex_point = vertex_owner
-            .iter()
-            .map(|&owner| {
-                let point = vertices as u32;
-                vertices += usize::from(owner != NONE);
-                if owner == NONE { NONE } else { point }
-            })
-            .collect();
-        let mut next = vertices as u64;
-        let mut edge_first = Vec::with_capacity(t.edge_count() + 1);
-        for (e, &owner) in edge_owner.iter().enumerate() {
-            edge_first.push(next);
-            next += if owner == NONE { 0 } else { u64::from(rates.edge[e]) - 1 };
-        }
-        edge_first.push(next);
+        let mut edge_first = vec![0; t.edge_count()];
+        let mut owned = vec![0u8; table.patch_count()];
         let mut face_first = Vec::with_capacity(t.face_count() + 1);
+        let mut chunk_edges = Vec::with_capacity(t.face_count() / CHUNK as usize + 2);
+        // Counts that overflow here are refused by `check`.
+        let mut counts = [0u64; 3];
         for f in (0..t.face_count() as u32).map(Face) {
-            face_first.push(next);
+            if f.0 % CHUNK == 0 {
+                chunk_edges.push(counts[1] as u32);
+            }
+            face_first.push(counts[2] as u32);
             if t.is_hole(f) {
                 continue;
             }
-            let cells = rates.patch[table.patch(f, 0)].map(u64::from);
+            let (first, sides) = (t.first(f), t.sides(f) as u32);
+            let (patch, subfaces) = (table.patch(f, 0), table.subfaces(f));
+            for side in 0..sides {
+                let h = HalfEdge(first + side);
+                let owner = &mut vertex_point[t.origin(h).index()];
+                if *owner == NONE {
+                    *owner = h.0;
+                    counts[0] += 1;
+                }
+                let e = t.edge(h).index();
+                if edge_owner[e] != NONE {
+                    continue;
+                }
+                edge_owner[e] = h.0;
+                edge_first[e] = counts[1] as u32;
+                counts[1] += u64::from(rates.edge[e]) - 1;
+                if subfaces == 1 {
+                    owned[patch] |= 1 << side;
+                } else {
+                    owned[patch + side as usize] |= 1;
+                    owned[patch + ((side + 1) % sides) as usize] |= 1 << 3;
+                }
+            }
+            let cells = rates.patch[patch].map(u64::from);
             let (nu, inner) = (cells[0], inner_points(is_triangle, cells));
-            let n = u64::from(table.subfaces(f));
+            let n = u64::from(subfaces);
             // Sub-faces share the centre and the points inside their spokes.
-            next += if n == 1 { inner } else { 1 + n * (nu - 1) + n * inner };
+            counts[2] += if n == 1 { inner } else { 1 + n * (nu - 1) + n * inner };
         }
-        face_first.push(next);
-        Self { table, rates, vertex_point, vertex_owner, edge_first, edge_owner, face_first, vertices }
+        face_first.push(counts[2] as u32);
+        chunk_edges.push(counts[1] as u32);
+        // Owners by vertex become points by vertex and owners by point.
+        let mut vertex_owner = Vec::with_capacity(counts[0] as usize);
+        for point in vertex_point.iter_mut().filter(|p| **p != NONE) {
+            vertex_owner.push(*point);
+            *point = vertex_owner.len() as u32 - 1;
+        }
+        let mut layout = Self {
+            table,
+            rates,
+            cells: [0; 2],
+            vertex_point,
+            vertex_owner,
+            edge_first,
+            edge_owner,
+            face_first,
+            owned,
+            chunk_edges,
+            counts,
+        };
+        layout.cells = layout.uniform_cells();
+        layout
+    }
+
+    /// Cells of quads and of sub-faces where all have the same, and so have their edges, else zeros.
+    fn uniform_cells(&self) -> [u32; 2] {
+        let table = self.table;
+        let mut cells = [0, 0];
+        for f in (0..table.topology().face_count() as u32).map(Face).filter(|&f| !table.topology().is_hole(f)) {
+            let kind = usize::from(table.subfaces(f) > 1);
+            let [nu, nv] = self.rates.patch[table.patch(f, 0)];
+            if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {
+                return [0, 0];
+            }
+            cells[kind] = nu;
+        }
+        let rate = if cells[0] > 0 { cells[0] } else { 2 * cells[1] };
+        let fits = (cells[1] == 0 || 2 * cells[1] == rate) && self.rates.edge.iter().all(|&n| n == rate);
+        if fits { cells } else { [0, 0] }
+    }
+
+    /// True where all faces have the same rate.
+    pub fn is_uniform(&self) -> bool {
+        self.cells != [0, 0]
     }
 
     pub fn into_rates(self) -> PatchRates {
@@ -125,7 +188,7 @@ impl<'a> Layout<'a> {
     }
 
     pub fn check(&self, most_points: u64) -> Result<(), TessellateError> {
-        let count = *self.face_first.last().expect("one more than faces");
+        let count = self.counts.iter().sum();
         let limit = most_points.min(MAX_COUNT as u64);
         if count > limit {
             return Err(TessellateError::TooLarge { what: "points", count, limit });
@@ -134,37 +197,57 @@ impl<'a> Layout<'a> {
     }
 
     pub fn points(&self) -> usize {
-        self.face_first[self.face_first.len() - 1] as usize
+        self.vertices() + self.edge_points() + self.face_points()
     }
 
     pub fn vertices(&self) -> usize {
-        self.vertices
+        self.counts[0] as usize
     }
 
     pub fn edge_points(&self) -> usize {
-        self.face_first[0] as usize - self.vertices
+        self.counts[1] as usize
     }
 
     pub fn face_points(&self) -> usize {
-        self.points() - self.face_first[0] as usize
+        self.counts[2] as usize
     }
 
     /// Runs of faces of a size that does not depend on the number of threads.
     pub fn face_chunks(&self) -> Vec<Range<u32>> {
         let faces = self.table.topology().face_count() as u32;
-        (0..faces.div_ceil(512)).map(|c| c * 512..((c + 1) * 512).min(faces)).collect()
+        (0..faces.div_ceil(CHUNK)).map(|c| c * CHUNK..((c + 1) * CHUNK).min(faces)).collect()
     }
 
-    /// The points inside the faces of a run, counted from the first face's first.
+    /// The points inside the faces of a chunk, counted from the first face's first.
     pub fn face_range(&self, faces: &Range<u32>) -> Range<usize> {
-        let base = self.face_first[0];
-        let at = |f: u32| (self.face_first[f as usize] - base) as usize;
-        at(faces.start)..at(faces.end)
+        self.face_first[faces.start as usize] as usize..self.face_first[faces.end as usize] as usize
     }
 
-    pub fn edge_range(&self, e: usize) -> Range<usize> {
-        let at = |e: usize| self.edge_first[e] as usize - self.vertices;
-        at(e)..at(e + 1)
+    /// The first point inside a face, counted from the first of all faces.
+    pub fn face_first(&self, f: Face) -> usize {
+        self.face_first[f.index()] as usize
+    }
+
+    /// The points inside the edges that the faces of a chunk own, counted from the first edge's first.
+    pub fn edge_range(&self, faces: &Range<u32>) -> Range<usize> {
+        let chunk = (faces.start / CHUNK) as usize;
+        self.chunk_edges[chunk] as usize..self.chunk_edges[chunk + 1] as usize
+    }
+
+    /// The first point inside an edge, counted from the first of all edges.
+    pub fn edge_first(&self, e: Edge) -> usize {
+        self.edge_first[e.index()] as usize
+    }
+
+    /// Bit `s` is set where the face of a patch evaluates the edge that its side `s` lies on.
+    pub fn owned(&self, patch: usize) -> u8 {
+        self.owned[patch]
+    }
+
+    /// The half-edge that evaluates a vertex; none where only holes use it.
+    pub fn owner_of_vertex(&self, v: Vertex) -> Option<HalfEdge> {
+        let point = self.vertex_point[v.index()];
+        (point != NONE).then(|| HalfEdge(self.vertex_owner[point as usize]))
     }
 
     pub fn vertex(&self, v: Vertex) -> u32 {
@@ -183,7 +266,20 @@ impl<'a> Layout<'a> {
             return self.vertex(t.origin(t.next(h)));
         }
         let k = if self.runs_with_owner(h) { k } else { rate - k };
-        self.edge_first[e.index()] as u32 + k - 1
+        self.vertices() as u32 + self.edge_first[e.index()] + k - 1
+    }
+
+    /// Visits the points inside the edge of half-edge `h`, numbered along it from 1.
+    #[inline]
+    pub fn inside_edge(&self, h: HalfEdge, mut visit: impl FnMut(u32, u32)) {
+        let e = self.table.topology().edge(h);
+        let rate = self.rates.edge[e.index()];
+        let first = self.vertices() as u32 + self.edge_first[e.index()];
+        if self.runs_with_owner(h) {
+            (1..rate).for_each(|k| visit(k, first + k - 1));
+        } else {
+            (1..rate).for_each(|k| visit(k, first + rate - 1 - k));
+        }
     }
 
     /// True where `h` runs in the direction in which its edge's points are numbered.
@@ -195,7 +291,11 @@ impl<'a> Layout<'a> {
 
     /// The centre of a face that is no quad.
     fn centre(&self, f: Face) -> u32 {
-        self.face_first[f.index()] as u32
+        self.first_inside(f)
+    }
+
+    fn first_inside(&self, f: Face) -> u32 {
+        (self.vertices() + self.edge_points()) as u32 + self.face_first[f.index()]
     }
 
     /// Point `k` along spoke `j` of a face that is no quad, from the middle of edge `j` to the centre.
@@ -220,7 +320,7 @@ impl<'a> Layout<'a> {
 
     pub fn grid(&self, f: Face, subface: u32) -> PatchGrid {
         let cells = self.rates.patch[self.table.patch(f, subface)];
-        let first = self.face_first[f.index()] as u32;
+        let first = self.first_inside(f);
         let mut grid = PatchGrid { cells, first, is_triangle: self.is_triangle() };
         let n = self.table.subfaces(f);
         if n > 1 {
@@ -292,8 +392,16 @@ impl<'a> Layout<'a> {
         self.table.corner_location(h)
     }
 
-    pub fn edges(&self) -> impl Iterator<Item = (Edge, u32)> + '_ {
-        self.edge_owner.iter().enumerate().filter(|(_, o)| **o != NONE).map(|(e, &o)| (Edge(e as u32), o))
+    /// Edges with their owners, in the order of their points.
+    pub fn edges(&self) -> impl Iterator<Item = (Edge, HalfEdge)> + '_ {
+        let t = self.table.topology();
+        let all = (0..t.half_edge_count() as u32).map(HalfEdge);
+        all.map(move |h| (t.edge(h), h)).filter(|&(e, h)| self.edge_owner[e.index()] == h.0)
+    }
+
+    /// Owner and number of every point inside an edge, in order.
+    pub fn edge_samples(&self) -> Vec<(HalfEdge, u32)> {
+        self.edges().flat_map(|(e, h)| (1..self.rates.edge[e.index()]).map(move |k| (h, k))).collect()
     }
 }
 

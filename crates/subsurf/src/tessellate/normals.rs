@@ -2,7 +2,7 @@
 //! points.
 
 use super::layout::Layout;
-use crate::index::{Edge, HalfEdge};
+use crate::index::{Edge, HalfEdge, Vertex};
 use crate::limit::PatchTable;
 use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::NONE;
@@ -33,13 +33,10 @@ impl Sides {
         let t = table.topology();
         let mut sides = Self { points: layout.points() as u32, ..Self::default() };
         let in_hole = |h: HalfEdge| t.is_hole(t.face(h));
-        for (v, &owner) in layout.vertex_owner.iter().enumerate() {
-            if owner == NONE {
-                continue;
-            }
+        for v in (0..t.vertex_count()).filter(|&v| layout.owner_of_vertex(Vertex(v as u32)).is_some()) {
             let sharp_edges = |e: &&u32| t.is_infinitely_sharp(Edge(**e));
-            let sharp = t.sharp_edges(crate::index::Vertex(v as u32)).iter().filter(sharp_edges).count();
-            if sharp >= 2 || t.vertex_sharpness[v] >= INFINITE_SHARPNESS {
+            let sharp = t.sharp_edges(Vertex(v as u32)).iter().filter(sharp_edges).count();
+            if sharp >= 2 || t.vertex_sharpness.get(v) >= INFINITE_SHARPNESS {
                 sides.corner.insert(v as u32, NONE);
             }
         }
@@ -51,9 +48,9 @@ impl Sides {
             if !split.contains_key(&v.0) || in_hole(h) {
                 continue;
             }
-            let owner = layout.vertex_owner[v.index()];
+            let owner = layout.owner_of_vertex(v).expect("its own faces are outside holes");
             let leader = sector_leader(table, h);
-            if leader == sector_leader(table, HalfEdge(owner)) {
+            if leader == sector_leader(table, owner) {
                 continue;
             }
             let index = *leaders.entry(leader.0).or_insert_with(|| {
@@ -66,7 +63,7 @@ impl Sides {
             if !t.is_infinitely_sharp(e) {
                 continue;
             }
-            for h in half_edges_of(table, e).into_iter().filter(|&h| h.0 != owner && !in_hole(h)) {
+            for h in half_edges_of(table, e).into_iter().filter(|&h| h != owner && !in_hole(h)) {
                 sides.edge.insert(h.0, sides.sources.len() as u32);
                 sides.sources.extend((1..layout.rates.edge[e.index()]).map(|k| Source::Edge(h, k)));
             }
@@ -76,6 +73,16 @@ impl Sides {
 
     pub fn extra(&self) -> usize {
         self.sources.len()
+    }
+
+    /// The normal of point `k` along half-edge `h`, ends included.
+    pub fn at(&self, layout: &Layout<'_>, h: HalfEdge, k: u32, point: u32) -> u32 {
+        let t = layout.table.topology();
+        match k {
+            0 => self.corner(h, point),
+            k if k == layout.rates.edge[t.edge(h).index()] => self.corner(t.next(h), point),
+            k => self.along(h, k, point),
+        }
     }
 
     /// The normal of the corner at the start of `h`, whose point is `point`.

@@ -1,27 +1,15 @@
-//! Evaluates the samples of a tessellation: patterns of weights shared by all faces of a plan, and the separable form for
-//! bicubic patches.
+//! Evaluates samples of a tessellation one by one, in `f64`, wherever they lie: where rates differ from face to face, and
+//! where sums in the caller's precision do not tell a normal.
 
 use super::layout::{Layout, PatchGrid};
 use super::normals::{Sides, Source};
 use crate::index::{Face, HalfEdge};
 use crate::limit::{Jet, LimitSurface, Location, cubic, unit_normal};
 use crate::real::{Real, round};
-use crate::topology::NONE;
 use rayon::prelude::*;
-use std::sync::OnceLock;
-
-/// Largest memory for the weights of one plan's pattern, and of all; beyond it weights are computed sample by sample
-/// with the same result. Larger: memory; smaller: time at high rates.
-const PATTERN_BYTES: usize = 32 << 20;
-const ALL_PATTERN_BYTES: usize = 512 << 20;
-
-/// Weights of a plan at all interior samples of a grid, in the plan's own orientation.
-struct Pattern {
-    /// For every interior sample of the grid, in order: rows of position, and of `∂u`, `∂v` where normals are wanted.
-    weights: Vec<f64>,
-}
 
 /// How to get normals of values that are positions.
+#[derive(Clone, Copy)]
 pub(super) struct NormalOf<const N: usize> {
     /// From both derivatives.
     pub tangents: fn([f64; N], [f64; N]) -> Option<[f64; 3]>,
@@ -34,66 +22,42 @@ impl NormalOf<3> {
     pub const SPACE: Self = Self { tangents: unit_normal, jet: Jet::normal };
 }
 
+#[derive(Clone, Copy)]
 pub(super) struct Sampler<'a, T, const N: usize> {
     surface: LimitSurface<'a, T, N>,
     layout: &'a Layout<'a>,
     normals: Option<NormalOf<N>>,
-    /// Per plan, for patches of `cells × cells`.
-    patterns: Vec<OnceLock<Pattern>>,
-    /// Cells of the patterns, for quads and for sub-faces; 0 where rates differ from patch to patch.
-    cells: [u32; 2],
-    use_pattern: Vec<bool>,
 }
 
 /// A value and, where it is wanted, a normal.
-type Sample<const N: usize> = ([f64; N], [f64; 3]);
+pub(super) type Sample<const N: usize> = ([f64; N], [f64; 3]);
 
 impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
     pub fn new(surface: LimitSurface<'a, T, N>, layout: &'a Layout<'a>, normals: Option<NormalOf<N>>) -> Self {
-        let table = surface.table();
-        let cells = uniform_cells(layout);
-        // A plan serves quads or sub-faces, never both: its pattern is for the cells of its patches.
-        let mut users = vec![0usize; table.plan_count()];
-        let mut size = vec![0usize; table.plan_count()];
-        for patch in 0..table.patch_count() {
-            if let Some(plan) = table.patch_plan(patch) {
-                users[plan] += 1;
-                let [nu, nv] = layout.rates.patch[patch].map(|n| n as usize);
-                size[plan] = 8 * (nu - 1) * (nv - 1) * table.plan(plan).ring() * if normals.is_some() { 3 } else { 1 };
-            }
-        }
-        let mut total = 0;
-        let use_pattern = (0..users.len())
-            .map(|plan| {
-                let regular = table.plan(plan).regular_points().is_some();
-                let fits = size[plan] <= PATTERN_BYTES && total + size[plan] <= ALL_PATTERN_BYTES;
-                let used = cells != [0, 0] && users[plan] > 1 && !regular && fits;
-                total += if used { size[plan] } else { 0 };
-                used
-            })
-            .collect();
-        let patterns = (0..users.len()).map(|_| OnceLock::new()).collect();
-        Self { surface, layout, normals, patterns, cells, use_pattern }
+        Self { surface, layout, normals }
+    }
+
+    pub fn surface(&self) -> LimitSurface<'a, T, N> {
+        self.surface
+    }
+
+    pub fn layout(&self) -> &'a Layout<'a> {
+        self.layout
+    }
+
+    pub fn with_normals(&self) -> bool {
+        self.normals.is_some()
     }
 
     /// Points and normals of all control vertices.
     pub fn vertices(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
-        let owners: Vec<HalfEdge> =
-            self.layout.vertex_owner.iter().filter(|&&o| o != NONE).map(|&o| HalfEdge(o)).collect();
-        let evaluate = |h: HalfEdge| self.single(self.layout.corner_location(h));
-        self.fill(&owners, points, normals, evaluate);
+        let evaluate = |h: u32| self.single(self.layout.corner_location(HalfEdge(h)));
+        self.fill(&self.layout.vertex_owner, points, normals, evaluate);
     }
 
     /// Points and normals inside all control edges.
     pub fn edges(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
-        let layout = self.layout;
-        let samples: Vec<(HalfEdge, u32)> = layout
-            .edges()
-            .flat_map(|(e, owner)| {
-                debug_assert!(layout.edge_range(e.index()).len() as u32 + 1 == layout.rates.edge[e.index()]);
-                (1..layout.rates.edge[e.index()]).map(move |k| (HalfEdge(owner), k))
-            })
-            .collect();
+        let (layout, samples) = (self.layout, self.layout.edge_samples());
         self.fill(&samples, points, normals, |(h, k)| self.single(layout.edge_location(h, k)));
     }
 
@@ -131,7 +95,7 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
     }
 
     /// One sample by itself.
-    fn single(&self, at: Location) -> Sample<N> {
+    pub fn single(&self, at: Location) -> Sample<N> {
         let outside = "holes have no samples";
         let Some(normal) = &self.normals else {
             return (self.surface.position(at).expect(outside), [0.0; 3]);
@@ -211,68 +175,10 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
             }
             return self.bicubic(&turned_grid(control, turn), base, grid.cells, out);
         }
-        let count = self.rows();
-        let length = table.plan(plan).ring();
-        let base = self.surface.gather(patch, ring);
-        let sum = |row: &[f64]| {
-            let mut s = [0.0; N];
-            row.iter().zip(ring.iter()).for_each(|(w, p)| (0..N).for_each(|i| s[i] += w * p[i]));
-            s
-        };
-        let [nu, nv] = grid.cells;
-        let pattern = self.use_pattern[plan].then(|| self.pattern(plan, grid));
         for (i, j) in grid.interior() {
             let [u, v] = grid.uv(i, j);
-            let mut rows = [[0.0; N]; 3];
-            match pattern {
-                Some(pattern) => {
-                    // The plan's grid is turned against the face's. Its derivatives are too, but that leaves their cross
-                    // product alone.
-                    let (a, b) = match (grid.is_triangle, turn) {
-                        (_, 0) => (i, j),
-                        (false, 1) => (j, nu - i),
-                        (false, 2) => (nu - i, nv - j),
-                        (false, _) => (nv - j, i),
-                        (true, 1) => (j, nu - i - j),
-                        (true, _) => (nu - i - j, i),
-                    };
-                    let at = (PatchGrid { first: 0, ..grid }.inner(a, b)) as usize * count * length;
-                    for k in 0..count {
-                        rows[k] = sum(&pattern.weights[at + k * length..at + (k + 1) * length]);
-                    }
-                }
-                None => {
-                    let weights = table.plan(plan).weights(u, v, turn, count);
-                    (0..count).for_each(|k| rows[k] = sum(&weights.rows[k]));
-                }
-            }
-            let [p, du, dv] = rows;
-            let normal = self.normals.as_ref().map_or([0.0; 3], |normal| {
-                let nearby = || self.normal_nearby(normal, Location { face, subface, u, v });
-                (normal.tangents)(du, dv).unwrap_or_else(nearby)
-            });
-            out.push((std::array::from_fn(|k| base[k] + p[k]), normal));
+            out.push(self.single(Location { face, subface, u, v }));
         }
-    }
-
-    /// Position, and derivatives where normals are wanted.
-    fn rows(&self) -> usize {
-        if self.normals.is_some() { 3 } else { 1 }
-    }
-
-    fn pattern(&self, plan: usize, grid: PatchGrid) -> &Pattern {
-        debug_assert!(self.cells.contains(&grid.cells[0]) && grid.cells[0] == grid.cells[1]);
-        self.patterns[plan].get_or_init(|| {
-            let plan = self.layout.table.plan(plan);
-            let count = self.rows();
-            let mut weights = Vec::with_capacity(grid.points() as usize * count * plan.ring());
-            for (i, j) in grid.interior() {
-                let [u, v] = grid.uv(i, j);
-                let w = plan.weights(u, v, 0, count);
-                w.rows[..count].iter().for_each(|row| weights.extend_from_slice(row));
-            }
-            Pattern { weights }
-        })
     }
 
     /// A bicubic patch in separable form: four curves in v per column, then one curve in u per sample.
@@ -321,21 +227,6 @@ fn turned_grid<const N: usize>(control: [[f64; N]; 16], turn: u8) -> [[f64; N]; 
         }
     }
     out
-}
-
-/// Cells of quads and of sub-faces where all have the same, else zeros.
-pub(super) fn uniform_cells(layout: &Layout<'_>) -> [u32; 2] {
-    let table = layout.table;
-    let mut cells = [0, 0];
-    for f in (0..table.topology().face_count() as u32).map(Face).filter(|&f| !table.topology().is_hole(f)) {
-        let kind = usize::from(table.subfaces(f) > 1);
-        let [nu, nv] = layout.rates.patch[table.patch(f, 0)];
-        if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {
-            return [0, 0];
-        }
-        cells[kind] = nu;
-    }
-    cells
 }
 
 struct Output<'a, T, const N: usize> {

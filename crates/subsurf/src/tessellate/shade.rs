@@ -2,12 +2,10 @@
 
 use super::layout::Layout;
 use super::normals::{Sides, Source};
-use super::sample::uniform_cells;
 use crate::index::{Face, HalfEdge};
 use crate::limit::Location;
 use crate::real::{Real, round};
 use crate::shading::ShadingNormals;
-use crate::topology::NONE;
 use rayon::prelude::*;
 
 /// Replaces the normals at vertices, inside edges, inside faces and at further sides, in this order.
@@ -15,7 +13,7 @@ pub(super) fn shade<T: Real>(layout: &Layout<'_>, sides: &Sides, shading: &Shadi
     if shading.is_limit() {
         return;
     }
-    let patterns = shading.patterns(uniform_cells(layout));
+    let patterns = shading.patterns(layout.cells);
     let blend = |n: &mut [T; 3], at: Location| {
         if let Some(blended) = shading.blend(at, Some(n.map(T::to_f64)), Some(&patterns)) {
             *n = round(blended);
@@ -25,12 +23,8 @@ pub(super) fn shade<T: Real>(layout: &Layout<'_>, sides: &Sides, shading: &Shadi
     let (edges, rest) = rest.split_at_mut(layout.edge_points());
     let (mut faces, extra) = rest.split_at_mut(layout.face_points());
 
-    let owners: Vec<u32> = layout.vertex_owner.iter().copied().filter(|&o| o != NONE).collect();
-    vertices.par_iter_mut().zip(owners).for_each(|(n, h)| blend(n, layout.corner_location(HalfEdge(h))));
-    let samples: Vec<(HalfEdge, u32)> = layout
-        .edges()
-        .flat_map(|(e, owner)| (1..layout.rates.edge[e.index()]).map(move |k| (HalfEdge(owner), k)))
-        .collect();
+    vertices.par_iter_mut().zip(&layout.vertex_owner).for_each(|(n, &h)| blend(n, layout.corner_location(HalfEdge(h))));
+    let samples = layout.edge_samples();
     edges.par_iter_mut().zip(samples).for_each(|(n, (h, k))| blend(n, layout.edge_location(h, k)));
 
     let mut tasks = Vec::new();

@@ -1,54 +1,54 @@
-//! From faces to half-edge tables: half-edges are dropped into one bucket per smaller end vertex and each bucket is
-//! sorted, so the work is linear in the mesh and parallel over buckets.
+//! From faces to half-edge tables, in linear time and in parallel: half-edges are [matched](super::matching) into edges,
+//! edges numbered in the order in which the faces first name them, and what the rules make sharp is made sharp.
 //!
 //! Rules for meshes that are no manifold follow OpenSubdiv 3.7 (`vtr/level.cpp`, `far/topologyRefinerFactory.cpp`):
 //! the result is the same surface, and [`Topology`] reports what was found.
 
-use super::{EdgeFlags, Interpolation, NONE, Topology};
+use super::matching::{FaceList, Matching};
+use super::{EdgeFlags, FaceOf, Interpolation, NONE, SharpnessColumn, Topology};
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MAX_COUNT, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
-    let mut topology = unsharpened(mesh)?;
-    topology.apply_tags(mesh.tags());
-    Ok(topology)
-}
-
-/// Tables with the tags' sharpness only.
-fn unsharpened(mesh: &ControlMesh) -> Result<Topology, MeshError> {
-    let origin = mesh.corners().to_vec();
     let face_offset = mesh.face_offsets().to_vec();
-    let face = faces_of_corners(&face_offset, origin.len());
-    let pairs = EdgePairs::new(mesh.vertex_count(), &face_offset, &origin, &face);
-    let edges = pairs.number()?;
+    let origin: Vec<u32> = mesh.corners().par_iter().with_min_len(SHARE).copied().collect();
+    let vertex_count = mesh.vertex_count();
+    let face = FaceOf::new(&face_offset);
+    let list = FaceList { vertex_count, face_offset: &face_offset, origin: &origin, face: &face };
+    let mut matching = Matching::new(list);
+    let edges = Edges::number(list, &matching)?;
 
-    let mut edge_sharpness = vec![0.0; edges.vertices.len()];
+    let mut edge_sharpness = SharpnessColumn::smooth(edges.vertices.len());
     for (crease, c) in mesh.tags().creases.iter().enumerate() {
         let [a, b] = c.vertices;
-        let h = pairs.find(a, b).ok_or(MeshError::CreaseNotOnEdge { crease, a, b })?;
-        edge_sharpness[edges.of_half_edge[h as usize] as usize] = clamp_sharpness(c.sharpness);
+        let h = matching.find(a, b).ok_or(MeshError::CreaseNotOnEdge { crease, a, b })?;
+        edge_sharpness.set(edges.of_half_edge[h as usize] as usize, clamp_sharpness(c.sharpness));
     }
-    let mut vertex_sharpness = vec![0.0; mesh.vertex_count()];
+    matching.forget();
+    let mut vertex_sharpness = SharpnessColumn::smooth(vertex_count);
     for c in &mesh.tags().corners {
-        vertex_sharpness[c.vertex as usize] = clamp_sharpness(c.sharpness);
+        vertex_sharpness.set(c.vertex as usize, clamp_sharpness(c.sharpness));
     }
     let mut hole = vec![false; mesh.face_count()];
     for &f in &mesh.tags().holes {
         hole[f as usize] = true;
     }
-    let twin: Vec<u32> = pairs.twin.into_iter().map(AtomicU32::into_inner).collect();
-    let vertex_half_edge = leading_half_edges(mesh.vertex_count(), &origin, &twin);
-    Ok(Topology {
-        vertex_count: mesh.vertex_count(),
+    // Fans start at their first half-edge without a twin, where there is one.
+    let mut vertex_half_edge = matching.first_outgoing;
+    for &h in edges.twinless.iter().rev() {
+        vertex_half_edge[origin[h as usize] as usize] = h;
+    }
+    let mut topology = Topology {
+        vertex_count,
         face_offset,
         origin,
         face,
         edge: edges.of_half_edge,
-        twin,
+        twin: matching.twin,
         edge_vertices: edges.vertices,
         edge_half_edge: edges.half_edge,
         edge_flags: edges.flags,
@@ -65,44 +65,30 @@ fn unsharpened(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
         edits: Default::default(),
-    })
-}
-
-fn faces_of_corners(face_offset: &[u32], corners: usize) -> Vec<u32> {
-    let mut face = vec![0u32; corners];
-    for (f, w) in face_offset.windows(2).enumerate() {
-        face[w[0] as usize..w[1] as usize].fill(f as u32);
-    }
-    face
+    };
+    topology.apply_tags(mesh.tags(), &edges.open);
+    Ok(topology)
 }
 
 /// The half-edge that starts each vertex's fan: the first one without a twin, else the first.
 pub(super) fn leading_half_edges(vertices: usize, origin: &[u32], twin: &[u32]) -> Vec<u32> {
     let mut lead = vec![NONE; vertices];
+    lead_fans(origin, twin, &mut lead);
+    lead
+}
+
+/// The same into a table of nothing.
+pub(super) fn lead_fans(origin: &[u32], twin: &[u32], lead: &mut [u32]) {
     for (h, &v) in origin.iter().enumerate().rev() {
         let old = lead[v as usize];
         if twin[h] == NONE || old == NONE || twin[old as usize] != NONE {
             lead[v as usize] = h as u32;
         }
     }
-    lead
 }
 
-/// Which half-edges belong to one edge.
-struct EdgePairs<'a> {
-    face_offset: &'a [u32],
-    origin: &'a [u32],
-    face: &'a [u32],
-    /// Half-edges by smaller end vertex, each bucket ascending: the larger end in the upper half of the number, the
-    /// half-edge in the lower.
-    bucket_offset: Vec<u32>,
-    bucket: Vec<u64>,
-    twin: Vec<AtomicU32>,
-    /// First half-edge of the edge that a half-edge belongs to.
-    leader: Vec<AtomicU32>,
-    /// At leaders: 1 boundary, 2 non-manifold.
-    flags: Vec<AtomicU8>,
-}
+/// Elements that a thread takes at a time.
+const SHARE: usize = 1 << 14;
 
 /// Edges numbered by first appearance.
 struct Edges {
@@ -110,201 +96,128 @@ struct Edges {
     vertices: Vec<[u32; 2]>,
     half_edge: Vec<u32>,
     flags: Vec<EdgeFlags>,
+    /// Half-edges without twins, ascending.
+    twinless: Vec<u32>,
+    /// Edges that are boundaries or non-manifold, ascending.
+    open: Vec<u32>,
 }
 
-/// One edge while its half-edges are being collected.
-struct Instance {
-    leader: u32,
-    faces: u32,
-    last_face: u32,
-    last: u32,
-    non_manifold: bool,
-}
-
-impl<'a> EdgePairs<'a> {
-    fn new(vertices: usize, face_offset: &'a [u32], origin: &'a [u32], face: &'a [u32]) -> Self {
-        let count = origin.len();
-        let atomics = |value: u32| -> Vec<AtomicU32> { (0..count).map(|_| AtomicU32::new(value)).collect() };
-        let mut pairs = Self {
-            face_offset,
-            origin,
-            face,
-            bucket_offset: vec![0; vertices + 1],
-            bucket: Vec::new(),
-            twin: atomics(NONE),
-            leader: atomics(0),
-            flags: (0..count).map(|_| AtomicU8::new(0)).collect(),
+impl Edges {
+    fn number(list: FaceList<'_>, matching: &Matching) -> Result<Self, MeshError> {
+        let (twin, followers) = (&matching.twin[..], &matching.followers[..]);
+        let pieces = twin.len().div_ceil(SHARE);
+        let piece = |p: usize| p * SHARE..((p + 1) * SHARE).min(twin.len());
+        let followers_in = |p: usize| {
+            let at = |h: usize| followers.partition_point(|f| (f.0 as usize) < h);
+            &followers[at(piece(p).start)..at(piece(p).end)]
         };
-        pairs.fill_buckets();
-        pairs.match_buckets();
-        pairs
-    }
-
-    /// (smaller, larger) end vertex of half-edge `h`.
-    fn ends(&self, h: u32) -> (u32, u32) {
-        let f = self.face[h as usize] as usize;
-        let next = if h + 1 == self.face_offset[f + 1] { self.face_offset[f] } else { h + 1 };
-        let (a, b) = (self.origin[h as usize], self.origin[next as usize]);
-        (a.min(b), a.max(b))
-    }
-
-    fn fill_buckets(&mut self) {
-        let half_edges = self.origin.len() as u32;
-        let count: Vec<AtomicU32> = (0..self.bucket_offset.len()).map(|_| AtomicU32::new(0)).collect();
-        (0..half_edges).into_par_iter().for_each(|h| {
-            count[self.ends(h).0 as usize].fetch_add(1, Relaxed);
-        });
-        let mut start = 0;
-        for (offset, n) in self.bucket_offset.iter_mut().zip(&count) {
-            *offset = start;
-            start += n.swap(start, Relaxed);
-        }
-        // Which half-edge gets which slot of its bucket depends on the threads; the sort below makes up for it.
-        let slots: Vec<AtomicU64> = (0..half_edges).map(|_| AtomicU64::new(0)).collect();
-        (0..half_edges).into_par_iter().for_each(|h| {
-            let (small, large) = self.ends(h);
-            let slot = count[small as usize].fetch_add(1, Relaxed);
-            slots[slot as usize].store(u64::from(large) << 32 | u64::from(h), Relaxed);
-        });
-        self.bucket = slots.into_iter().map(AtomicU64::into_inner).collect();
-    }
-
-    fn match_buckets(&mut self) {
-        let mut bucket = std::mem::take(&mut self.bucket);
-        let mut rest: &mut [u64] = &mut bucket;
-        let mut slices = Vec::new();
-        // Cut into pieces of whole buckets, a few thousand half-edges each.
-        let (mut from, mut first) = (0u32, 0usize);
-        for v in 1..self.bucket_offset.len() {
-            let end = self.bucket_offset[v];
-            if end - from >= 4096 || v + 1 == self.bucket_offset.len() {
-                let (piece, tail) = rest.split_at_mut((end - from) as usize);
-                slices.push((first, v, piece));
-                rest = tail;
-                (from, first) = (end, v);
-            }
-        }
-        slices.into_par_iter().for_each(|(first, last, piece)| {
-            let base = self.bucket_offset[first];
-            for v in first..last {
-                let range = self.bucket_offset[v] - base..self.bucket_offset[v + 1] - base;
-                let one = &mut piece[range.start as usize..range.end as usize];
-                one.sort_unstable();
-                for run in one.chunk_by(|g, h| g >> 32 == h >> 32) {
-                    self.match_run(v as u32, run);
-                }
-            }
-        });
-        self.bucket = bucket;
-    }
-
-    /// All half-edges between one pair of vertices, ascending.
-    fn match_run(&self, smaller: u32, run: &[u64]) {
-        let degenerate = run[0] >> 32 == u64::from(smaller);
-        let half_edge = |entry: u64| entry as u32;
-        let start = |h: u32| Instance {
-            leader: h,
-            faces: 1,
-            last_face: self.face[h as usize],
-            last: h,
-            non_manifold: degenerate,
+        // An edge begins at its leader: the smaller of two twins, or a half-edge without one that follows no other.
+        let leaders = |p: usize| {
+            let first = twin[piece(p)].iter().zip(p as u32 * SHARE as u32..).filter(|&(&twin, h)| twin > h).count();
+            first - followers_in(p).len()
         };
-        let lead = |h: u32, leader: u32| self.leader[h as usize].store(leader, Relaxed);
-        let finish = |edge: &Instance| {
-            let flags = u8::from(edge.faces < 2) | u8::from(edge.non_manifold) << 1;
-            self.flags[edge.leader as usize].store(flags, Relaxed);
-            if edge.faces == 2 && !edge.non_manifold {
-                self.twin[edge.leader as usize].store(edge.last, Relaxed);
-                self.twin[edge.last as usize].store(edge.leader, Relaxed);
-            }
-        };
-        let leader = half_edge(run[0]);
-        let mut first = start(leader);
-        lead(leader, leader);
-        for h in run[1..].iter().map(|&entry| half_edge(entry)) {
-            let f = self.face[h as usize];
-            if degenerate || first.last_face == f {
-                // Both ends equal, or the face has used the edge already: an edge of its own.
-                first.non_manifold = true;
-                lead(h, h);
-                finish(&Instance { non_manifold: true, ..start(h) });
-            } else {
-                lead(h, first.leader);
-                let same_way = self.origin[h as usize] == self.origin[first.leader as usize];
-                first.non_manifold |= first.faces >= 2 || same_way;
-                first.faces += 1;
-                (first.last_face, first.last) = (f, h);
-            }
-        }
-        finish(&first);
-    }
-
-    /// Half-edge of the first edge between `a` and `b`.
-    fn find(&self, a: u32, b: u32) -> Option<u32> {
-        let (small, large) = (a.min(b) as usize, a.max(b));
-        let bucket = &self.bucket[self.bucket_offset[small] as usize..self.bucket_offset[small + 1] as usize];
-        let at = bucket.partition_point(|&entry| entry >> 32 < u64::from(large));
-        bucket.get(at).filter(|&&entry| entry >> 32 == u64::from(large)).map(|&entry| entry as u32)
-    }
-
-    fn number(&self) -> Result<Edges, MeshError> {
-        let count = self.leader.iter().enumerate().filter(|(h, l)| l.load(Relaxed) as usize == *h).count();
+        let counts: Vec<usize> = (0..pieces).into_par_iter().map(leaders).collect();
+        let count = counts.iter().sum();
         if count > MAX_COUNT {
             return Err(MeshError::TooLarge { what: "edges", count, limit: MAX_COUNT });
         }
-        let mut edges = Edges {
-            of_half_edge: vec![0; self.leader.len()],
-            vertices: Vec::with_capacity(count),
-            half_edge: Vec::with_capacity(count),
-            flags: Vec::with_capacity(count),
-        };
-        for h in 0..self.leader.len() {
-            let leader = self.leader[h].load(Relaxed) as usize;
-            if leader != h {
-                edges.of_half_edge[h] = edges.of_half_edge[leader];
-                continue;
-            }
-            edges.of_half_edge[h] = edges.half_edge.len() as u32;
-            let f = self.face[h] as usize;
-            let next = if h as u32 + 1 == self.face_offset[f + 1] { self.face_offset[f] as usize } else { h + 1 };
-            let flags = self.flags[h].load(Relaxed);
-            edges.half_edge.push(h as u32);
-            edges.vertices.push([self.origin[h], self.origin[next]]);
-            edges.flags.push(EdgeFlags { boundary: flags & 1 != 0, non_manifold: flags & 2 != 0 });
+        let of_half_edge: Vec<AtomicU32> =
+            (0..twin.len()).into_par_iter().with_min_len(SHARE).map(|_| AtomicU32::new(0)).collect();
+        let (mut vertices, mut half_edge) = (vec![[0; 2]; count], vec![0; count]);
+        let mut flags = vec![EdgeFlags::default(); count];
+        let mut tasks = Vec::with_capacity(pieces);
+        let (mut v, mut h, mut f) = (&mut vertices[..], &mut half_edge[..], &mut flags[..]);
+        let mut first = 0u32;
+        for (p, &count) in counts.iter().enumerate() {
+            tasks.push((p, first, v.split_off_mut(..count), h.split_off_mut(..count), f.split_off_mut(..count)));
+            first += count as u32;
         }
-        Ok(edges)
+        let number = |(p, first, vertices, half_edge, flags): (_, u32, _, _, _)| {
+            let (vertices, half_edge): (Option<&mut [[u32; 2]]>, Option<&mut [u32]>) = (vertices, half_edge);
+            let flags: Option<&mut [EdgeFlags]> = flags;
+            let (vertices, half_edge) = (vertices.unwrap_or_default(), half_edge.unwrap_or_default());
+            let flags = flags.unwrap_or_default();
+            let mut followers = followers_in(p).iter().peekable();
+            let (mut k, mut twinless, mut open) = (0, Vec::new(), Vec::new());
+            for h in piece(p).map(|h| h as u32) {
+                let twin = twin[h as usize];
+                if twin <= h {
+                    continue;
+                }
+                let e = first + k as u32;
+                if twin == NONE {
+                    twinless.push(h);
+                    if followers.next_if(|f| f.0 == h).is_some() {
+                        continue;
+                    }
+                    let unusual = matching.non_manifold.binary_search_by_key(&h, |u| u.0).ok();
+                    let boundary = unusual.is_none_or(|at| matching.non_manifold[at].1);
+                    flags[k] = EdgeFlags { boundary, non_manifold: unusual.is_some() };
+                    open.push(e);
+                } else {
+                    of_half_edge[twin as usize].store(e, Relaxed);
+                }
+                of_half_edge[h as usize].store(e, Relaxed);
+                half_edge[k] = h;
+                let next = list.face.next(h, list.face_offset);
+                vertices[k] = [list.origin[h as usize], list.origin[next as usize]];
+                k += 1;
+            }
+            (twinless, open)
+        };
+        let lists: Vec<(Vec<u32>, Vec<u32>)> = tasks.into_par_iter().map(number).collect();
+        let mut of_half_edge: Vec<u32> = of_half_edge.into_iter().map(AtomicU32::into_inner).collect();
+        for &(h, leader) in followers {
+            of_half_edge[h as usize] = of_half_edge[leader as usize];
+        }
+        let (mut twinless, mut open) = (Vec::new(), Vec::new());
+        for (more, further) in lists {
+            twinless.extend(more);
+            open.extend(further);
+        }
+        Ok(Self { of_half_edge, vertices, half_edge, flags, twinless, open })
     }
 }
 
 impl Topology {
     /// Sharpens what the rules make sharp, and turns faces into holes.
-    fn apply_tags(&mut self, tags: &Tags) {
-        let face_count = self.faces_per_vertex();
-        self.vertex_non_manifold = (0..self.vertex_count as u32)
-            .into_par_iter()
-            .map(|v| self.fan_faces(Vertex(v)) != face_count[v as usize] || face_count[v as usize] == 0)
-            .collect();
-        for (flags, ends) in self.edge_flags.iter().zip(&self.edge_vertices) {
-            if flags.non_manifold {
-                ends.iter().for_each(|&v| self.vertex_non_manifold[v as usize] = true);
+    fn apply_tags(&mut self, tags: &Tags, open: &[u32]) {
+        let vertices = || (0..self.vertex_count as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
+        let mut faces: Vec<u32> = vertices().map(|v| self.fan_faces(v)).collect();
+        // Where fans leave no corner out, they hold all faces of every vertex.
+        let in_fans = faces.par_iter().with_min_len(SHARE).map(|&n| n as usize).sum::<usize>();
+        let all = if in_fans == self.origin.len() { None } else { Some(self.faces_per_vertex()) };
+        self.vertex_non_manifold = match &all {
+            None => faces.par_iter().with_min_len(SHARE).map(|&n| n == 0).collect(),
+            Some(all) => faces.iter().zip(all).map(|(fan, &all)| *fan != all || all == 0).collect(),
+        };
+        faces = all.unwrap_or(faces);
+        let lonely: Vec<u32> = match tags.rules.boundary {
+            Boundary::EdgeAndCorner => {
+                let lonely = |v: &Vertex| faces[v.index()] == 1 && self.fan_edges_of_one_face(*v);
+                vertices().filter(lonely).map(|v| v.0).collect()
             }
+            _ => Vec::new(),
+        };
+        drop(faces);
+        let non_manifold: Vec<u32> =
+            open.iter().copied().filter(|&e| self.edge_flags[e as usize].non_manifold).collect();
+        for &e in &non_manifold {
+            self.edge_vertices[e as usize].iter().for_each(|&v| self.vertex_non_manifold[v as usize] = true);
         }
         if tags.rules.boundary == Boundary::None {
-            self.make_boundary_faces_holes();
+            self.make_boundary_faces_holes(open);
         }
-        let creased = self.non_manifold_creases();
-        for (s, flags) in self.edge_sharpness.iter_mut().zip(&self.edge_flags) {
-            if flags.boundary || flags.non_manifold {
-                *s = INFINITE_SHARPNESS;
-            }
+        let creased = self.non_manifold_creases(&non_manifold);
+        for &e in open {
+            self.edge_sharpness.set(e as usize, INFINITE_SHARPNESS);
         }
-        for v in 0..self.vertex_count {
-            let pinned_corner = tags.rules.boundary == Boundary::EdgeAndCorner
-                && face_count[v] == 1
-                && self.fan_edges_of_one_face(Vertex(v as u32));
-            let non_manifold = self.vertex_non_manifold[v] && !creased.contains(&(v as u32));
-            if pinned_corner || non_manifold {
-                self.vertex_sharpness[v] = INFINITE_SHARPNESS;
+        for v in lonely {
+            self.vertex_sharpness.set(v as usize, INFINITE_SHARPNESS);
+        }
+        for (v, _) in self.vertex_non_manifold.iter().enumerate().filter(|(_, non_manifold)| **non_manifold) {
+            if !creased.contains(&(v as u32)) {
+                self.vertex_sharpness.set(v, INFINITE_SHARPNESS);
             }
         }
         self.index_sharp_edges();
@@ -317,14 +230,10 @@ impl Topology {
     }
 
     /// Number of faces in the fan that starts at the vertex's leading half-edge.
+    #[inline]
     pub(super) fn fan_faces(&self, v: Vertex) -> u32 {
-        let Some(start) = self.outgoing(v) else { return 0 };
-        let mut count = 1;
-        let mut h = self.turn_left(start);
-        while let Some(next) = h.filter(|&h| h != start) {
-            count += 1;
-            h = self.turn_left(next);
-        }
+        let mut count = 0;
+        self.walk_fan(v, |_| count += 1);
         count
     }
 
@@ -334,26 +243,26 @@ impl Topology {
     }
 
     /// Boundary rule "none": faces at a vertex with a boundary edge that is not tagged infinitely sharp are holes.
-    fn make_boundary_faces_holes(&mut self) {
-        let mut open = vec![false; self.vertex_count];
-        for (e, flags) in self.edge_flags.iter().enumerate() {
-            if flags.boundary && self.edge_sharpness[e] < INFINITE_SHARPNESS {
-                self.edge_vertices[e].iter().for_each(|&v| open[v as usize] = true);
+    fn make_boundary_faces_holes(&mut self, open: &[u32]) {
+        let mut is_open = vec![false; self.vertex_count];
+        for e in open.iter().map(|&e| e as usize) {
+            if self.edge_flags[e].boundary && self.edge_sharpness.get(e) < INFINITE_SHARPNESS {
+                self.edge_vertices[e].iter().for_each(|&v| is_open[v as usize] = true);
             }
         }
-        for (h, &v) in self.origin.iter().enumerate() {
-            if open[v as usize] {
-                self.hole[self.face[h] as usize] = true;
+        for (&v, h) in self.origin.iter().zip(0..) {
+            if is_open[v as usize] {
+                self.hole[self.face.get(h) as usize] = true;
             }
         }
     }
 
     /// Non-manifold vertices inside a crease along which several sheets meet: they stay smooth along the crease.
     /// Exactly two non-manifold edges with equally many faces, no boundary, and every sheet runs from one to the other.
-    fn non_manifold_creases(&self) -> std::collections::BTreeSet<u32> {
+    fn non_manifold_creases(&self, non_manifold: &[u32]) -> BTreeSet<u32> {
         let mut edges: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (e, _) in self.edge_flags.iter().enumerate().filter(|(_, f)| f.non_manifold) {
-            self.edge_vertices[e].iter().for_each(|&v| edges.entry(v).or_default().push(e as u32));
+        for &e in non_manifold {
+            self.edge_vertices[e as usize].iter().for_each(|&v| edges.entry(v).or_default().push(e));
         }
         edges.retain(|_, list| list.len() == 2 && list[0] != list[1]);
         if edges.is_empty() {

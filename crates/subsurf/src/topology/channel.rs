@@ -6,7 +6,7 @@
 //! (`vtr/fvarLevel.cpp`, `vtr/fvarRefinement.cpp`).
 
 use super::build::leading_half_edges;
-use super::{EdgeFlags, NONE, Topology};
+use super::{EdgeFlags, NONE, SharpnessColumn, Topology};
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::tags::{Boundary, Creasing, FaceVarying, INFINITE_SHARPNESS};
 use std::collections::{BTreeMap, HashMap};
@@ -45,10 +45,10 @@ impl Topology {
         let twin: Vec<u32> =
             (0..origin.len()).map(|h| if is_seam[self.edge[h] as usize] { NONE } else { self.twin[h] }).collect();
         // Values that no corner uses stay as isolated vertices do.
-        let mut vertex_sharpness = vec![INFINITE_SHARPNESS; vertex_count];
+        let mut vertex_sharpness: SharpnessColumn = std::iter::repeat_n(INFINITE_SHARPNESS, vertex_count).collect();
         let mut vertex_non_manifold = vec![true; vertex_count];
         for (&v, &value) in self.origin.iter().zip(&origin) {
-            vertex_sharpness[value as usize] = self.vertex_sharpness[v as usize];
+            vertex_sharpness.set(value as usize, self.vertex_sharpness.get(v as usize));
             vertex_non_manifold[value as usize] = self.vertex_non_manifold[v as usize];
         }
         let mut channel = Topology {
@@ -133,7 +133,7 @@ struct ChannelEdges {
     vertices: Vec<[u32; 2]>,
     half_edge: Vec<u32>,
     flags: Vec<EdgeFlags>,
-    sharpness: Vec<f64>,
+    sharpness: SharpnessColumn,
 }
 
 impl ChannelEdges {
@@ -153,7 +153,7 @@ impl ChannelEdges {
             vertices: vec![[0; 2]; count],
             half_edge: vec![NONE; count],
             flags: vec![EdgeFlags::default(); count],
-            sharpness: vec![0.0; count],
+            sharpness: SharpnessColumn::smooth(count),
         };
         for h in (0..origin.len() as u32).map(HalfEdge) {
             let old = mesh.edge(h).index();
@@ -161,10 +161,10 @@ impl ChannelEdges {
             if is_seam[old] {
                 first[old] += 1;
                 out.flags[new] = EdgeFlags { boundary: true, non_manifold: false };
-                out.sharpness[new] = INFINITE_SHARPNESS;
+                out.sharpness.set(new, INFINITE_SHARPNESS);
             } else {
                 out.flags[new] = mesh.edge_flags[old];
-                out.sharpness[new] = mesh.edge_sharpness[old];
+                out.sharpness.set(new, mesh.edge_sharpness.get(old));
             }
             if out.half_edge[new] == NONE {
                 out.half_edge[new] = h.0;
@@ -218,7 +218,7 @@ impl Sharpener<'_> {
                 channel.vertex_non_manifold[value] = self.mesh.vertex_non_manifold[v.index()] || span.is_torn();
                 let lonely = span.faces == 1 && self.rule != FaceVarying::None;
                 if pinned || lonely || span.is_torn() || span.has_infinite() {
-                    channel.vertex_sharpness[value] = INFINITE_SHARPNESS;
+                    channel.vertex_sharpness.set(value, INFINITE_SHARPNESS);
                 }
             }
             self.bind(channel, v, &spans, pinned);

@@ -1,6 +1,6 @@
 //! The invariants of the half-edge tables. Tests call this on every topology that they touch.
 
-use super::{NONE, Topology};
+use super::{FaceOf, NONE, Topology};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 
 impl Topology {
@@ -11,7 +11,8 @@ impl Topology {
     pub fn check(&self) -> Result<(), String> {
         let require = |ok: bool, what: &dyn Fn() -> String| if ok { Ok(()) } else { Err(what()) };
         let n = self.half_edge_count();
-        for (name, len) in [("face", self.face.len()), ("edge", self.edge.len()), ("twin", self.twin.len())] {
+        let faces = if let FaceOf::Listed(face) = &self.face { face.len() } else { n };
+        for (name, len) in [("face", faces), ("edge", self.edge.len()), ("twin", self.twin.len())] {
             require(len == n, &|| format!("{name} table has {len} rows for {n} half-edges"))?;
         }
         for f in 0..self.face_count() {

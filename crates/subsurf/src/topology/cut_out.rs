@@ -1,63 +1,92 @@
-//! What surrounds one face: the faces at its corners, in a canonical order, as a comparable key and as a small topology
-//! of its own. The limit of the face depends on nothing else.
+//! What surrounds one face: the faces at its corners, in a canonical order, as a comparable key. The limit of the face
+//! depends on nothing else.
 
-use super::{EdgeFlags, Interpolation, NONE, Topology, lowered};
+use super::{Interpolation, Tables, Topology, lowered};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
-use crate::mask::other_end;
 use crate::sharpness::edge_half;
 use crate::tags::{Creasing, INFINITE_SHARPNESS};
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
-
-/// New numbers by old ones.
-type Numbers = HashMap<u32, u32, BuildHasherDefault<NumberHasher>>;
-
-/// Spreads numbers that follow each other.
-#[derive(Default)]
-struct NumberHasher(u64);
-
-impl Hasher for NumberHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.write_u32(u32::from(b)));
-    }
-    fn write_u32(&mut self, x: u32) {
-        self.0 = (self.0 ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
-    }
-}
 
 /// Reusable memory of [`Topology::surroundings`]: which vertices and faces the current walk has met.
 #[derive(Default)]
 pub(crate) struct Walk {
-    vertex_slot: Stamps,
-    face_slot: Stamps,
+    vertex_slot: Slots,
+    face_slot: Slots,
 }
 
-/// An array of slots that is cleared in no time.
+/// Slots by number: a hash table as large as what one walk meets, not as the mesh, and cleared in no time.
 #[derive(Default)]
-struct Stamps {
+struct Slots {
     round: u32,
-    slot: Vec<(u32, u32)>,
+    count: usize,
+    /// Number, round and slot; entries of earlier rounds are empty. A power of two, at most half of them in use.
+    entries: Vec<(u32, u32, u32)>,
 }
 
-impl Stamps {
-    fn clear(&mut self, len: usize) {
-        if self.slot.len() < len || self.round == u32::MAX {
-            self.slot = vec![(0, 0); len];
+impl Slots {
+    fn clear(&mut self) {
+        if self.entries.is_empty() || self.round == u32::MAX {
+            self.entries = vec![(0, 0, 0); self.entries.len().max(256)];
             self.round = 0;
         }
         self.round += 1;
+        self.count = 0;
     }
 
+    /// Where number `i` is, or would be.
+    #[inline]
+    fn place(&self, i: u32) -> usize {
+        let mask = self.entries.len() - 1;
+        let mut at = (i.wrapping_mul(0x9e37_79b9) >> 16) as usize ^ i as usize;
+        loop {
+            at &= mask;
+            let (number, round, _) = self.entries[at];
+            if round != self.round || number == i {
+                return at;
+            }
+            at += 1;
+        }
+    }
+
+    #[inline]
     fn get(&self, i: u32) -> Option<u32> {
-        let (round, slot) = self.slot[i as usize];
+        let (_, round, slot) = self.entries[self.place(i)];
         (round == self.round).then_some(slot)
     }
 
+    #[inline]
     fn set(&mut self, i: u32, slot: u32) {
-        self.slot[i as usize] = (self.round, slot);
+        if 2 * self.count >= self.entries.len() {
+            let all = vec![(0, 0, 0); 2 * self.entries.len()];
+            for (i, _, slot) in std::mem::replace(&mut self.entries, all).into_iter().filter(|e| e.1 == self.round) {
+                let at = self.place(i);
+                self.entries[at] = (i, self.round, slot);
+            }
+        }
+        let at = self.place(i);
+        self.count += usize::from(self.entries[at].1 != self.round);
+        self.entries[at] = (i, self.round, slot);
+    }
+}
+
+impl Walk {
+    /// As if a walk had met faces and vertices in the order of the lists.
+    pub(super) fn over(t: &impl Tables, around: &Surroundings) -> Self {
+        let mut walk = Self::default();
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
+        around.ring.iter().zip(0..).for_each(|(&v, slot)| walk.vertex_slot.set(v, slot));
+        around.faces.iter().zip(0..).for_each(|(&h, slot)| walk.face_slot.set(t.face(HalfEdge(h)).0, slot));
+        walk
+    }
+
+    /// Position in the ring of a vertex that the last walk met.
+    pub(super) fn vertex(&self, v: Vertex) -> Option<u32> {
+        self.vertex_slot.get(v.0)
+    }
+
+    /// Position among the faces of a face that the last walk met.
+    pub(super) fn face(&self, f: Face) -> Option<u32> {
+        self.face_slot.get(f.0)
     }
 }
 
@@ -70,36 +99,54 @@ pub(crate) struct Surroundings {
     pub faces: Vec<u32>,
     /// Equal keys mean equal limit masks over the ring.
     pub key: Vec<u32>,
-    /// By how much finite sharpness is [lowered] in the key and in the cut-out.
+    /// By how much finite sharpness is [lowered] in the key.
     pub raise: i8,
+    /// Where sharpness stands in the key, two numbers each.
+    sharpness: Vec<u32>,
+}
+
+impl Surroundings {
+    /// Makes the key that of the same surroundings lowered by `raise`. All finite sharpness there and here is above 0.
+    pub fn lower(&mut self, raise: i8) {
+        let by = raise - std::mem::replace(&mut self.raise, raise);
+        for at in self.sharpness.iter().map(|&at| at as usize) {
+            let s = f64::from_bits(u64::from(self.key[at]) << 32 | u64::from(self.key[at + 1]));
+            self.key[at..at + 2].copy_from_slice(&number(lowered(s, by)));
+        }
+    }
+}
+
+/// A number in a key.
+fn number(s: f64) -> [u32; 2] {
+    let bits = s.to_bits();
+    [(bits >> 32) as u32, bits as u32]
 }
 
 impl Topology {
-    /// Walks round the corners of `face`, starting at corner `start`.
+    /// [`Walks`](Around::lowered_surroundings) round the corners of `face`, nothing lowered.
+    pub(crate) fn surroundings(&self, face: Face, start: usize, walk: &mut Walk, out: &mut Surroundings) {
+        self.lowered_surroundings(face, start, 0, walk, out);
+    }
+}
+
+impl<T: Tables> Around for T {}
+
+/// Walks round faces.
+pub(crate) trait Around: Tables {
+    /// Walks round the corners of `face`, starting at corner `start`; finite sharpness is lowered by `raise`.
     ///
     /// Round each corner the walk goes counter-clockwise from the face to the end of the fan, then clockwise from the
     /// face; faces and vertices are listed in the order of their first visit. The key lists, for every face met, its
     /// ring positions, and for every corner of the face the sharpness of vertex and spokes.
-    pub(crate) fn surroundings(&self, face: Face, start: usize, walk: &mut Walk, out: &mut Surroundings) {
-        self.lowered_surroundings(face, start, 0, walk, out);
-    }
-
-    /// The same with all finite sharpness lowered by `raise`.
-    pub(crate) fn lowered_surroundings(
-        &self,
-        face: Face,
-        start: usize,
-        raise: i8,
-        walk: &mut Walk,
-        out: &mut Surroundings,
-    ) {
+    fn lowered_surroundings(&self, face: Face, start: usize, raise: i8, walk: &mut Walk, out: &mut Surroundings) {
         out.raise = raise;
         let sides = self.sides(face);
         out.ring.clear();
         out.faces.clear();
         out.key.clear();
-        walk.vertex_slot.clear(self.vertex_count);
-        walk.face_slot.clear(self.face_count());
+        out.sharpness.clear();
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
         let corner = |i: usize| self.half_edge(face, (start + i) % sides);
         self.visit(corner(0), walk, out);
         for i in 0..sides {
@@ -124,7 +171,7 @@ impl Topology {
                     at = h;
                 }
             }
-            self.note_sharpness(own, closed, raise, &mut out.key);
+            self.note_sharpness(own, closed, out);
         }
     }
 
@@ -157,27 +204,27 @@ impl Topology {
 
     /// Sharpness at the origin of `own` as far as it is not zero: of the vertex, of the spokes in walking order, of
     /// edges of other sheets.
-    fn note_sharpness(&self, own: HalfEdge, closed: bool, raise: i8, key: &mut Vec<u32>) {
+    fn note_sharpness(&self, own: HalfEdge, closed: bool, out: &mut Surroundings) {
+        let Surroundings { key, raise, sharpness, .. } = out;
         let v = self.origin(own);
-        let (s, sharp) = (self.vertex_sharpness(v), self.sharp_edges(v));
-        if s == 0.0 && sharp.is_empty() && self.foreign_sharpness(v).is_empty() {
+        let s = self.vertex_sharpness(v);
+        if s == 0.0 && self.sharp_edges(v).next().is_none() && self.foreign_sharpness(v).is_empty() {
             return;
         }
-        let number = |s: f64| {
-            let bits = lowered(s, raise).to_bits();
-            [(bits >> 32) as u32, bits as u32]
+        let mut note = |s: f64, key: &mut Vec<u32>| {
+            sharpness.push(key.len() as u32);
+            key.extend(number(lowered(s, *raise)));
         };
-        let mut note = |s: f64| key.extend(number(s));
-        note(s);
+        note(s, key);
         let mut seen = Vec::with_capacity(8);
         let mut spoke = |e: Edge, seen: &mut Vec<u32>| {
-            note(self.edge_sharpness(e));
-            if self.interpolation == Interpolation::LinearBoundaries {
+            note(self.edge_sharpness(e), key);
+            if self.interpolation() == Interpolation::LinearBoundaries {
                 // Where sheets meet, an edge without twin is no boundary.
-                note(f64::from(self.is_boundary(e)));
+                key.push(self.edge_flags(e).boundary.into());
             }
             if self.far_end_matters(e) {
-                note(edge_half(self, e, other_end(self, e, v)));
+                note(edge_half(self, e, self.other_end(e, v)), key);
             }
             seen.push(e.0);
         };
@@ -198,139 +245,35 @@ impl Topology {
             }
         }
         let foreign = self.foreign_edges(v, &seen);
-        for others in [&foreign[..], self.across_seam(v)] {
+        for others in [&foreign[..], &self.across_seam(v)] {
             key.push(others.len() as u32);
-            others.iter().for_each(|&s| key.extend(number(s)));
+            others.iter().for_each(|&s| note(s, key));
         }
+    }
+
+    /// The end of `e` that is not `v`.
+    fn other_end(&self, e: Edge, v: Vertex) -> Vertex {
+        let [a, b] = self.edge_vertices(e);
+        if a == v { b } else { a }
     }
 
     /// True where the new vertex on edge `e` depends on all sharp edges at both ends: under Chaikin's rule, whose
     /// fractions are sharp while both halves of the edge stay so.
     fn far_end_matters(&self, e: Edge) -> bool {
         let s = self.edge_sharpness(e);
-        self.rules.creasing == Creasing::Chaikin && s > 0.0 && s < INFINITE_SHARPNESS
+        self.rules().creasing == Creasing::Chaikin && s > 0.0 && s < INFINITE_SHARPNESS
     }
 
     /// Sharpness of the sharp edges at `v` that are not among `known`.
     fn foreign_edges(&self, v: Vertex, known: &[u32]) -> Vec<f64> {
         // On a pinned vertex they change nothing but Chaikin's averages, and a manifold vertex has none of its own.
-        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS && self.rules.creasing == Creasing::Uniform {
+        if self.vertex_sharpness(v) >= INFINITE_SHARPNESS && self.rules().creasing == Creasing::Uniform {
             return Vec::new();
         }
-        if !self.vertex_non_manifold[v.index()] {
+        if !self.is_non_manifold_vertex(v) {
             return self.foreign_sharpness(v).to_vec();
         }
-        let others = self.sharp_edges(v).iter().filter(|e| !known.contains(e)).map(|&e| self.edge_sharpness(Edge(e)));
+        let others = self.sharp_edges(v).filter(|e| !known.contains(&e.0)).map(|e| self.edge_sharpness(e));
         others.chain(self.foreign_sharpness(v).iter().copied()).collect()
-    }
-
-    /// The surrounding faces as a topology of their own. Face 0 is the face itself, turned so that its walk's first
-    /// corner is corner 0; vertex `i` is the ring's `i`-th.
-    ///
-    /// At the face's own corners everything is as in `self`. The outer rim is cut: its edges are boundaries.
-    pub(crate) fn cut_out(&self, around: &Surroundings) -> Topology {
-        let mut vertex_of = Numbers::default();
-        around.ring.iter().enumerate().for_each(|(i, &v)| {
-            vertex_of.insert(v, i as u32);
-        });
-        // Half-edges in their new order, each face from its walk's first corner on.
-        let mut half_edges = Vec::new();
-        let mut face_offset = vec![0u32];
-        for &h in &around.faces {
-            let mut at = HalfEdge(h);
-            loop {
-                half_edges.push(at.0);
-                at = self.next(at);
-                if at.0 == h {
-                    break;
-                }
-            }
-            face_offset.push(half_edges.len() as u32);
-        }
-        let new_of: Numbers = half_edges.iter().enumerate().map(|(i, &h)| (h, i as u32)).collect();
-        let origin: Vec<u32> = half_edges.iter().map(|&h| vertex_of[&self.origin[h as usize]]).collect();
-        let twin: Vec<u32> =
-            half_edges.iter().map(|&h| new_of.get(&self.twin[h as usize]).copied().unwrap_or(NONE)).collect();
-        let face = (0..around.faces.len())
-            .flat_map(|f| std::iter::repeat_n(f as u32, (face_offset[f + 1] - face_offset[f]) as usize));
-        // The face's own corners come first in the ring; a degenerate face names one twice.
-        let own = origin[..face_offset[1] as usize].iter().max().map_or(0, |&v| v as usize + 1);
-        let is_own = |v: u32| (v as usize) < own;
-
-        // Edges keep their identity, so that the two faces of a non-manifold edge still share it.
-        let mut edge_of = Numbers::default();
-        let mut edge_old = Vec::new();
-        let mut edge_half_edge = Vec::new();
-        let edge: Vec<u32> = half_edges
-            .iter()
-            .enumerate()
-            .map(|(i, &h)| {
-                *edge_of.entry(self.edge[h as usize]).or_insert_with(|| {
-                    edge_old.push(self.edge[h as usize]);
-                    edge_half_edge.push(i as u32);
-                    edge_old.len() as u32 - 1
-                })
-            })
-            .collect();
-        let edge_vertices: Vec<[u32; 2]> =
-            edge_old.iter().map(|&e| self.edge_vertices[e as usize].map(|v| vertex_of[&v])).collect();
-        let lowered = |s: f64| lowered(s, around.raise);
-        let mut edge_sharpness: Vec<f64> = edge_old.iter().map(|&e| lowered(self.edge_sharpness[e as usize])).collect();
-        let mut edge_flags = vec![EdgeFlags::default(); edge_old.len()];
-        for (i, &e) in edge.iter().enumerate() {
-            if twin[i] == NONE {
-                let old = half_edges[i] as usize;
-                edge_flags[e as usize] = match self.twin[old] {
-                    NONE => self.edge_flags[self.edge[old] as usize],
-                    _ => EdgeFlags { boundary: true, non_manifold: false },
-                };
-                if !edge_vertices[e as usize].iter().any(|&v| is_own(v)) {
-                    edge_sharpness[e as usize] = INFINITE_SHARPNESS;
-                }
-            }
-        }
-        let old_edges: Vec<u32> = edge_old.clone();
-        let foreign = |i: usize| {
-            let mut list = self.foreign_edges(Vertex(around.ring[i]), &old_edges);
-            list.iter_mut().for_each(|s| *s = lowered(*s));
-            (!list.is_empty()).then_some((i as u32, list))
-        };
-        let across_seam = |i: usize| {
-            let list = self.across_seam(Vertex(around.ring[i]));
-            (!list.is_empty()).then(|| (i as u32, list.iter().copied().map(lowered).collect()))
-        };
-        let far_half = edge_old.iter().zip(&edge_vertices).enumerate().flat_map(|(new, (&old, ends))| {
-            let far = |&v: &u32| !is_own(v) && ends.iter().any(|&v| is_own(v)) && self.far_end_matters(Edge(old));
-            let half = move |v: u32| ((new as u32, v), edge_half(self, Edge(old), Vertex(around.ring[v as usize])));
-            ends.iter().copied().filter(far).map(half).collect::<Vec<_>>()
-        });
-        let far_half = far_half.collect();
-        let vertex_count = around.ring.len();
-        let mut cut = Topology {
-            vertex_count,
-            face: face.collect(),
-            face_offset,
-            vertex_half_edge: super::build::leading_half_edges(vertex_count, &origin, &twin),
-            origin,
-            edge,
-            twin,
-            edge_vertices,
-            edge_half_edge,
-            edge_flags,
-            edge_sharpness,
-            vertex_non_manifold: around.ring.iter().map(|&v| self.vertex_non_manifold[v as usize]).collect(),
-            vertex_sharpness: around.ring.iter().map(|&v| lowered(self.vertex_sharpness[v as usize])).collect(),
-            sharp_offset: Vec::new(),
-            sharp_edges: Vec::new(),
-            hole: vec![false; around.faces.len()],
-            rules: self.rules,
-            foreign_sharpness: (0..own).filter_map(foreign).collect(),
-            across_seam: (0..own).filter_map(across_seam).collect(),
-            interpolation: self.interpolation,
-            far_half,
-            edits: Default::default(),
-        };
-        cut.index_sharp_edges();
-        cut
     }
 }

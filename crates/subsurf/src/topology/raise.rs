@@ -8,35 +8,51 @@
 //!
 //! Under Chaikin's rule nothing is lowered: its averages move the fractions at every level.
 
-use super::Topology;
-use crate::index::{Edge, Face, Vertex};
+use super::Tables;
+use crate::index::Face;
 use crate::sharpness::is_semi_sharp;
 use crate::tags::Creasing;
 
-impl Topology {
-    /// The lowest finite sharpness at the corners of a face, of edges, vertices and whatever else the rules see there.
-    fn lowest_semi_sharpness(&self, face: Face) -> Option<f64> {
-        let at = |&v: &u32| {
-            let v = Vertex(v);
-            let edges = self.sharp_edges(v).iter().map(|&e| self.edge_sharpness(Edge(e)));
-            let others = self.foreign_sharpness(v).iter().chain(self.across_seam(v)).copied();
-            std::iter::once(self.vertex_sharpness(v)).chain(edges).chain(others)
-        };
-        self.face_vertices(face).iter().flat_map(at).filter(|&s| is_semi_sharp(s)).min_by(f64::total_cmp)
+/// The lowest finite sharpness at the corners of a face, of edges, vertices and whatever else the rules see there.
+fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> {
+    let mut lowest = f64::INFINITY;
+    let mut note = |s: f64| lowest = if is_semi_sharp(s) { lowest.min(s) } else { lowest };
+    for v in (0..t.sides(face)).map(|c| t.origin(t.half_edge(face, c))) {
+        note(t.vertex_sharpness(v));
+        t.sharp_edges(v).for_each(|e| note(t.edge_sharpness(e)));
+        [t.foreign_sharpness(v), t.across_seam(v)].iter().for_each(|list| list.iter().for_each(|&s| note(s)));
+    }
+    (lowest < f64::INFINITY).then_some(lowest)
+}
+
+/// The whole number that lowers the lowest finite sharpness at the corners of a face into (0, 1]; 0 where there is none.
+pub(crate) fn excess(t: &impl Tables, face: Face) -> u8 {
+    Lowest::of(t, face).excess()
+}
+
+/// The lowest finite sharpness at the corners of a face, if there is one that may be lowered.
+#[derive(Clone, Copy)]
+pub(crate) struct Lowest(Option<f64>);
+
+impl Lowest {
+    pub fn of(t: &impl Tables, face: Face) -> Self {
+        let is_movable = t.rules().creasing == Creasing::Uniform;
+        Self(if is_movable { lowest_semi_sharpness(t, face) } else { None })
     }
 
-    /// The whole number that lowers the lowest finite sharpness at the corners of a face into (0, 1]; 0 where there is
-    /// none. A raise is this less 1, and not below 0.
-    pub(crate) fn excess(&self, face: Face) -> u8 {
-        if self.rules.creasing == Creasing::Chaikin {
-            return 0;
-        }
-        self.lowest_semi_sharpness(face).map_or(0, |s| s.ceil() as u8 - 1)
+    /// See [`excess`].
+    pub fn excess(self) -> u8 {
+        self.0.map_or(0, |s| s.ceil() as u8 - 1)
     }
 
-    /// True where finite sharpness has a say at the corners of a face.
-    pub(crate) fn is_semi_sharp(&self, face: Face) -> bool {
-        self.lowest_semi_sharpness(face).is_some()
+    /// By how much all finite sharpness can be lowered without any rule noticing.
+    pub fn raise(self) -> u8 {
+        self.excess().saturating_sub(1)
+    }
+
+    /// True where the next step takes the lowest sharpness to 0, or part of it.
+    pub fn ends(self) -> bool {
+        self.0.is_some_and(|s| s <= 1.0)
     }
 }
 

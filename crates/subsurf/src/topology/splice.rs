@@ -4,7 +4,7 @@
 //! A piece has all faces at its *touched* vertices, and all faces at the corners of those: what the rules say about
 //! touched vertices, their edges and their faces is then the same in the piece and in the whole mesh.
 
-use super::{EdgeFlags, Interpolation, NONE, Topology};
+use super::{EdgeFlags, FaceOf, Interpolation, NONE, SharpnessColumn, Topology};
 use crate::index::{Face, Vertex};
 use crate::tags::{INFINITE_SHARPNESS, Rules};
 use std::collections::{BTreeMap, BTreeSet};
@@ -73,13 +73,13 @@ impl Topology {
             self.edits.removed.remove(&(sides, face));
             self.hole[face as usize] = false;
         } else {
-            let end = self.face_offset[face as usize] + vertices.len() as u32;
+            let end = self.face_offset[face as usize] + sides;
+            self.face.push(vertices.len(), &self.face_offset);
             self.face_offset.push(end);
             self.hole.push(false);
             for table in [&mut self.origin, &mut self.edge, &mut self.twin] {
                 table.resize(end as usize, NONE);
             }
-            self.face.resize(end as usize, face);
         }
         let first = self.first(Face(face)) as usize;
         self.origin[first..first + vertices.len()].copy_from_slice(vertices);
@@ -94,16 +94,16 @@ impl Topology {
             face_offset: vec![0],
             vertex_half_edge: vec![NONE; vertices],
             vertex_non_manifold: vec![true; vertices],
-            vertex_sharpness: vec![INFINITE_SHARPNESS; vertices],
+            vertex_sharpness: std::iter::repeat_n(INFINITE_SHARPNESS, vertices).collect(),
             sharp_offset: vec![0; vertices + 1],
             origin: Vec::new(),
-            face: Vec::new(),
+            face: FaceOf::Quads,
             edge: Vec::new(),
             twin: Vec::new(),
             edge_vertices: Vec::new(),
             edge_half_edge: Vec::new(),
             edge_flags: Vec::new(),
-            edge_sharpness: Vec::new(),
+            edge_sharpness: SharpnessColumn::smooth(0),
             sharp_edges: Vec::new(),
             hole: Vec::new(),
             rules,
@@ -171,7 +171,7 @@ impl Topology {
         for &id in &free {
             self.edge_half_edge[id as usize] = NONE;
             self.edge_flags[id as usize] = EdgeFlags::default();
-            self.edge_sharpness[id as usize] = 0.0;
+            self.edge_sharpness.set(id as usize, 0.0);
         }
         self.edits.free_edges.extend(free);
 
@@ -188,10 +188,10 @@ impl Topology {
             self.edge_vertices[id as usize] = ends(e);
             self.edge_half_edge[id as usize] = piece.half_edges[own.edge_half_edge[e] as usize];
             self.edge_flags[id as usize] = own.edge_flags[e];
-            self.edge_sharpness[id as usize] = own.edge_sharpness[e];
+            self.edge_sharpness.set(id as usize, own.edge_sharpness.get(e));
             for v in ends(e) {
                 let list = sharp.entry(v).or_default();
-                if own.edge_sharpness[e] > 0.0 && !list.contains(&id) {
+                if own.edge_sharpness.get(e) > 0.0 && !list.contains(&id) {
                     list.push(id);
                 }
             }
@@ -206,11 +206,11 @@ impl Topology {
             let at = in_mesh(v) as usize;
             self.vertex_half_edge[at] = own.outgoing(v).map_or(NONE, |h| piece.half_edges[h.index()]);
             self.vertex_non_manifold[at] = own.vertex_non_manifold[v.index()];
-            self.vertex_sharpness[at] = own.vertex_sharpness[v.index()];
+            self.vertex_sharpness.set(at, own.vertex_sharpness.get(v.index()));
         }
         for f in (0..own.face_count() as u32).map(Face) {
             if own.face_vertices(f).iter().any(|&v| touched[v as usize]) {
-                let in_mesh = self.face[piece.half_edges[own.first(f) as usize] as usize];
+                let in_mesh = self.face.get(piece.half_edges[own.first(f) as usize]);
                 self.hole[in_mesh as usize] = own.is_hole(f);
             }
         }

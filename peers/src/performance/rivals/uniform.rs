@@ -14,7 +14,13 @@ struct PeerStencils {
 }
 
 unsafe extern "C" {
-    fn peer_uniform(shape: *const PeerShape, levels: c_int, error: *mut c_char, size: c_int) -> *mut PeerRefiner;
+    fn peer_uniform(
+        shape: *const PeerShape,
+        levels: c_int,
+        full: c_int,
+        error: *mut c_char,
+        size: c_int,
+    ) -> *mut PeerRefiner;
     fn peer_uniform_counts(refiner: *const PeerRefiner, counts: *mut c_int);
     fn peer_uniform_points(refiner: *const PeerRefiner, points: *mut [f32; 3]);
     fn peer_uniform_limit(
@@ -37,12 +43,13 @@ unsafe extern "C" {
     );
 }
 
-/// A mesh refined some times; the last level knows its faces' vertices and nothing more.
+/// A mesh refined some times.
 pub struct Uniform {
     refiner: Refiner,
     /// Of all levels, of the last.
     vertices: [usize; 2],
     control: usize,
+    full: bool,
 }
 
 impl Uniform {
@@ -51,17 +58,29 @@ impl Uniform {
     /// # Errors
     /// What OpenSubdiv says when it refuses the mesh.
     pub fn new(mesh: &CShape<'_>, shape: &Shape, levels: u32) -> Result<Self, String> {
+        Self::with_topology(mesh, shape, levels, false)
+    }
+
+    /// The same with full topology of the last level, which [`limit`](Self::limit) needs.
+    ///
+    /// # Errors
+    /// As [`Uniform::new`].
+    pub fn full(mesh: &CShape<'_>, shape: &Shape, levels: u32) -> Result<Self, String> {
+        Self::with_topology(mesh, shape, levels, true)
+    }
+
+    fn with_topology(mesh: &CShape<'_>, shape: &Shape, levels: u32, full: bool) -> Result<Self, String> {
         assert!((1..16).contains(&levels), "OpenSubdiv stores the level in four bits");
         let refiner = or_error(shape, |error, size| {
             // SAFETY: the lists of `mesh` have the lengths it says; OpenSubdiv copies them.
-            let refiner = unsafe { peer_uniform(&mesh.peer, levels as c_int, error, size) };
+            let refiner = unsafe { peer_uniform(&mesh.peer, levels as c_int, c_int::from(full), error, size) };
             (!refiner.is_null()).then_some(Refiner(refiner))
         })?;
         let mut counts = [0; 3];
         // SAFETY: three counts are written.
         unsafe { peer_uniform_counts(refiner.0, counts.as_mut_ptr()) };
         let vertices = [counts[0] as usize, counts[1] as usize];
-        Ok(Self { refiner, vertices, control: shape.positions.len() })
+        Ok(Self { refiner, vertices, control: shape.positions.len(), full })
     }
 
     /// Vertices of the last level.
@@ -93,6 +112,7 @@ impl Uniform {
     /// `PrimvarRefiner::Limit` of the last level's vertices: positions, and two tangents where asked for.
     pub fn limit(&self, points: &[[f32; 3]], position: &mut [[f32; 3]], tangents: Option<[&mut [[f32; 3]]; 2]>) {
         let n = self.vertices[1];
+        assert!(self.full, "limits need full topology");
         assert_eq!(position.len(), n, "one point per vertex of the last level");
         let [du, dv] = match tangents {
             Some(tangents) => tangents.map(|t| {

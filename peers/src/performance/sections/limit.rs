@@ -21,7 +21,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     // Isolation 6 of a hundred thousand faces takes gigabytes.
     let isolation = if case.faces() > 50_000 { 4 } else { 6 };
     let far_name = if isolation == 6 { FAR_6 } else { FAR_4 };
-    let mut patches = Patches::new(mesh, &case.shape, isolation, false)?;
+    let mut patches = Patches::new(mesh, &case.shape, isolation)?;
     let mut points = patches.points();
     patches.interpolate(control, &mut points);
     let mut surfaces = FaceSurfaces::new(mesh, &case.shape)?;
@@ -46,15 +46,14 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         let rows = RefCell::new(vec![[[0f32; 3]; 3]; count]);
         let flat = RefCell::new(vec![0f32; 9 * count + 16]);
         let apart = {
-            let [mut ours_out, mut far_out] = [0; 2].map(|_| Frames::new(count));
-            ours::eval(&surface, &at, &mut ours_out);
-            patches.eval(&points, &ptex, &mut far_out);
-            mean_apart(&ours_out.0[0], &far_out.0[0]) / case.shape.diagonal()
+            ours::eval(&surface, &at, &mut rows.borrow_mut());
+            patches.eval(&points, &ptex, &mut out.borrow_mut());
+            mean_apart(&rows.borrow(), &out.borrow().0[0]) / case.shape.diagonal()
         };
 
         let mut contest = Contest::new(order, "place", count);
         contest.enter(OURS, || {
-            ours::eval(&surface, &at, &mut out.borrow_mut());
+            ours::eval(&surface, &at, &mut rows.borrow_mut());
             Ok(())
         });
         contest.enter(far_name, || {
@@ -123,7 +122,8 @@ fn at_level_1(places: &Places, counts: &[u32]) -> Vec<(u32, [f32; 2])> {
     places.at.iter().map(child).collect()
 }
 
-fn mean_apart(ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> f64 {
-    let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|k| f64::from(a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+fn mean_apart(ours: &[[[f32; 3]; 3]], theirs: &[[f32; 3]]) -> f64 {
+    let apart =
+        |(a, b): (&[[f32; 3]; 3], &[f32; 3])| (0..3).map(|k| f64::from(a[0][k] - b[k]).powi(2)).sum::<f64>().sqrt();
     ours.iter().zip(theirs).map(apart).sum::<f64>() / ours.len() as f64
 }

@@ -5,12 +5,11 @@ use super::super::case::Case;
 use super::super::contest::Contest;
 use super::super::ours;
 use super::super::places::Places;
-use super::super::rivals::patches::Frames;
 use super::super::rivals::uniform::{Stencils, Uniform};
 use super::{Context, Emit};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, control) = (context.case, context.control());
@@ -25,11 +24,13 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let [vertices, _] = case.refined_counts(level);
     let refinement = ours::Refinement::new(case, level);
     let table = ours::build(case);
-    let tessellator = ours::Tessellator::new(&table, 4, true);
+    let tessellator = ours::Tessellator::new(&table, control, 4, true);
     let places = Places::random(case, if context.quick { 50_000 } else { 500_000 }).by_face().ours();
     let surface = table.surface(control);
-    let frames = Mutex::new(Frames::new(places.len()));
-    let points = tessellator.update(control).positions.len();
+    let rows = Mutex::new(vec![[[0f32; 3]; 3]; places.len()]);
+    let out = Mutex::new(vec![[0f32; 3]; vertices]);
+    let samples = Mutex::new(tessellator.samples());
+    let points = lock(&samples).points.len();
 
     let mut contest = |what: &str, unit, count, work: &(dyn Fn() + Sync)| {
         let mut contest = Contest::new(what, unit, count);
@@ -43,20 +44,27 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     };
     contest("patch table", "face", case.faces(), &|| drop(ours::build(case)));
     contest(&format!("level {level}, cold"), "output vertex", vertices, &|| drop(ours::refine(case, level)));
-    contest(&format!("level {level}, warm"), "output vertex", vertices, &|| drop(refinement.update(control)));
-    contest("rate 4, with normals, warm", "output vertex", points, &|| drop(tessellator.update(control)));
+    contest(&format!("level {level}, warm"), "output vertex", vertices, &|| {
+        refinement.update(control, &mut lock(&out))
+    });
+    contest("rate 4, with normals, warm", "output vertex", points, &|| {
+        tessellator.update(control, &mut lock(&samples));
+    });
     contest("evaluation, by face", "place", places.len(), &|| {
-        ours::eval(&surface, &places, &mut frames.lock().expect("nothing panics meanwhile"));
+        ours::eval(&surface, &places, &mut lock(&rows));
     });
     // Of OpenSubdiv's work that of applying stencils is split most easily: by rows.
     if vertices <= 500_000 {
         let stencils = Stencils::new(&Uniform::new(&context.mesh, &case.shape, level)?);
-        let out = Mutex::new(vec![[0f32; 3]; vertices]);
         contest(&format!("level {level}, Osd stencils"), "output vertex", vertices, &|| {
-            split(&stencils, control, &mut out.lock().expect("nothing panics meanwhile"));
+            split(&stencils, control, &mut lock(&out));
         });
     }
     same_bits(case, &pools, level, &tessellator, &refinement)
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("nothing panics meanwhile")
 }
 
 fn name(pool: &ThreadPool) -> String {
@@ -83,7 +91,11 @@ fn same_bits(
     let results = |pool: &ThreadPool| {
         pool.install(|| {
             let cold = ours::refine(case, level);
-            (cold.positions, cold.corners, refinement.update(&case.control), tessellator.update(&case.control))
+            let mut warm = vec![[0.0; 3]; cold.positions.len()];
+            let mut samples = tessellator.samples();
+            refinement.update(&case.control, &mut warm);
+            tessellator.update(&case.control, &mut samples);
+            (cold.positions, cold.corners, warm, samples)
         })
     };
     let first = results(&pools[0]);

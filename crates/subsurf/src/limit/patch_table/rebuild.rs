@@ -31,7 +31,7 @@ impl PatchTable {
         self.face_patch.push(patches as u32);
         self.patch_plan.resize(patches, NONE);
         self.patch_turn.resize(patches, 0);
-        self.ring_offset.resize(patches + 1, self.ring.len() as u32);
+        self.ring_start.resize(patches, 0);
     }
 
     /// Finds or makes the plans of faces that are no holes, and their rings. Returns how many nodes were made.

@@ -5,8 +5,8 @@ use super::super::corner::{
     Corner, Kind, corner, grid_points, has_finite_sharpness, is_finite_sharpness, special_points,
 };
 use super::super::linear_boundary::{LinearEnds, has_side};
-use super::super::local_step::child_vertex;
-use super::super::plan_key::{Keys, canonical_corner};
+use super::super::local_step::child_vertex_by;
+use super::super::plan_key::{Key, Keys, canonical_corner_lowered};
 use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
@@ -14,11 +14,11 @@ use super::sub_patches::SubPatches;
 use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
-use crate::refine::refined;
+use crate::mask::Mask;
+use crate::refine::{NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
-use crate::topology::{Interpolation, Surroundings, Topology, Walk};
+use crate::topology::{Around, Cutter, Interpolation, Lowest, NONE, Surroundings, Tables, Topology, Walk};
 use rayon::prelude::*;
-use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 /// More generations than any surroundings need: each drops one of at most ten different whole parts of sharpness or tells
@@ -42,27 +42,36 @@ impl Plans {
         numbers: &mut Numbers,
     ) {
         let compiler = Compiler { mesh, scheme, specials };
-        let starts: Vec<Raised> =
-            places.par_iter().map_init(Walk::default, |walk, &place| compiler.start(place, walk)).collect();
+        let known = &numbers.known;
+        let starts: Vec<MadeLink> = places
+            .par_iter()
+            .map_init(Walked::default, |around, &(face, corner)| {
+                let raise = Lowest::of(mesh, Face(face)).raise();
+                let place = Place { face: Face(face), start: corner, raise: raise as i8 };
+                around.go(mesh, place);
+                link(&around.list, place, raise, known)
+            })
+            .collect();
         self.plans.extend(starts.into_iter().map(|start| numbers.link(start, None)));
         for _ in 0..DEEPEST {
+            numbers.known.reserve(numbers.open.len());
             let open = std::mem::take(&mut numbers.open);
             if open.is_empty() {
                 self.parts.grow(self.plans.len());
                 return;
             }
+            let known = &numbers.known;
             let made: Vec<Made> =
-                open.par_iter().map_init(Walk::default, |walk, open| compiler.node(open, walk)).collect();
+                open.par_iter().map_init(Scratch::default, |s, open| compiler.node(open, known, s)).collect();
             // Nodes lie in the order in which their keys got their numbers.
             for Made { ring, body } in made {
                 let body = match body {
                     MadeBody::Leaf(leaf) => Body::Leaf(leaf),
-                    MadeBody::Refined { topology, points, children, ends } => {
+                    MadeBody::Split { parent, points, children, ends } => {
                         let link = |MadeChild { low, high, turn, ring }: MadeChild| {
-                            let low = numbers.link(low, Some(&topology));
-                            let high = high.map_or(Link { raise: low.raise + 1, ..low }, |around| {
-                                numbers.link(Raised { around, raise: 0 }, Some(&topology))
-                            });
+                            let low = numbers.link(low, parent.as_ref());
+                            let raised = Link { raise: low.raise + 1, ..low };
+                            let high = high.map_or(raised, |high| numbers.link(high, parent.as_ref()));
                             Child { links: [low, high], turn, ring }
                         };
                         let children = children.into_iter().map(link).collect();
@@ -76,16 +85,38 @@ impl Plans {
     }
 }
 
-/// Surroundings whose node is to be made, of the mesh or of a refined cut-out.
-struct Open {
-    of: Option<Arc<Topology>>,
-    around: Surroundings,
+/// Surroundings, by the face and the corner that the walk starts at, lowered.
+#[derive(Clone, Copy)]
+struct Place {
+    face: Face,
+    start: u32,
+    raise: i8,
 }
 
-/// Surroundings, lowered, and the raise that gives back what they are.
-struct Raised {
-    around: Surroundings,
+/// A node that is to be made: of a face of the mesh, or of the level below a cut-out.
+struct Open {
+    parent: Option<Arc<Parent>>,
+    place: Place,
+}
+
+/// A cut-out, and the half-edges of the level below.
+struct Parent {
+    cut: Topology,
+    half_edges: NextHalfEdges,
+}
+
+/// Where a child or a plan leads to.
+struct MadeLink {
+    place: Place,
+    /// What remains of the raise at the node.
     raise: u8,
+    node: MadeNode,
+}
+
+enum MadeNode {
+    Known(u32),
+    /// Not known at the time that its key was made.
+    New(Key),
 }
 
 /// Numbers of nodes by their keys.
@@ -97,14 +128,14 @@ pub(in crate::limit) struct Numbers {
 }
 
 impl Numbers {
-    fn link(&mut self, Raised { mut around, raise }: Raised, of: Option<&Arc<Topology>>) -> Link {
+    fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
         let next = self.known.len() as u32;
-        let node = match self.known.entry(std::mem::take(&mut around.key).into()) {
-            Entry::Occupied(node) => *node.get(),
-            Entry::Vacant(empty) => {
-                self.open.push(Open { of: of.cloned(), around });
-                *empty.insert(next)
-            }
+        let node = match node {
+            MadeNode::Known(node) => node,
+            MadeNode::New(key) => *self.known.entry(key).or_insert_with(|| {
+                self.open.push(Open { parent: parent.cloned(), place });
+                next
+            }),
         };
         Link { node, raise }
     }
@@ -118,9 +149,9 @@ struct Made {
 
 enum MadeBody {
     Leaf(Leaf),
-    /// The refined surroundings, and all four children or the first alone.
-    Refined {
-        topology: Arc<Topology>,
+    /// The surroundings, where some child has a new key, and all four children or the first alone.
+    Split {
+        parent: Option<Arc<Parent>>,
         points: Rows,
         children: Vec<MadeChild>,
         ends: Option<LinearEnds>,
@@ -129,11 +160,44 @@ enum MadeBody {
 
 struct MadeChild {
     /// From the node as it is.
-    low: Raised,
+    low: MadeLink,
     /// From the node raised by 1, where that leads to another node.
-    high: Option<Surroundings>,
+    high: Option<MadeLink>,
     turn: u8,
     ring: Box<[u32]>,
+}
+
+impl MadeChild {
+    fn is_new(&self) -> bool {
+        [Some(&self.low), self.high.as_ref()].into_iter().flatten().any(|l| matches!(l.node, MadeNode::New(_)))
+    }
+}
+
+/// Reusable memory.
+#[derive(Default)]
+struct Scratch {
+    around: Walked,
+    cutter: Cutter,
+    points: RefinedPoints,
+    half_edges: NextHalfEdges,
+}
+
+/// A walk, and the surroundings that it met.
+#[derive(Default)]
+struct Walked {
+    walk: Walk,
+    list: Surroundings,
+}
+
+impl Walked {
+    fn go(&mut self, t: &impl Tables, Place { face, start, raise }: Place) {
+        t.lowered_surroundings(face, start as usize, raise, &mut self.walk, &mut self.list);
+    }
+
+    fn cut_out(&mut self, t: &impl Tables, place: Place, cutter: &mut Cutter) {
+        self.go(t, place);
+        cutter.cut_out(t, &self.list, &self.walk);
+    }
 }
 
 struct Compiler<'a> {
@@ -143,39 +207,54 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    fn start(&self, (face, corner): Start, walk: &mut Walk) -> Raised {
-        raised(self.mesh, Face(face), corner as usize, walk)
-    }
-
-    fn node(&self, open: &Open, walk: &mut Walk) -> Made {
-        let t = open.of.as_deref().unwrap_or(self.mesh).cut_out(&open.around);
+    fn node(&self, open: &Open, known: &Keys, scratch: &mut Scratch) -> Made {
+        let split = self.scheme.split();
+        let Scratch { around, cutter, points, half_edges } = scratch;
+        match &open.parent {
+            None => around.cut_out(self.mesh, open.place, cutter),
+            Some(parent) => {
+                around.cut_out(&NextLevel::new(&parent.cut, split, &parent.half_edges), open.place, cutter);
+            }
+        }
+        let t = cutter.take();
         let ring = t.vertex_count();
         let is_patch = t.sides(Face(0)) == self.scheme.patch_sides();
         if let Some(leaf) = is_patch.then(|| self.leaf(&t)).flatten() {
+            cutter.give_back(t);
             return Made { ring, body: MadeBody::Leaf(leaf) };
         }
-        let refined = Arc::new(refined(&t, self.scheme));
-        let mut points = RefinedPoints::new(&t, &refined, self.scheme);
-        let can_rise = t.excess(Face(0)) > 0;
+        half_edges.list(&t, split);
+        let next = NextLevel::new(&t, split, half_edges);
+        points.clear(&t, next.vertex_count());
+        let can_rise = Lowest::of(&t, Face(0)).excess() > 0;
         let count = if is_patch { 4 } else { 1 };
         // Face 0's children come first, corner by corner, the middle triangle last.
         let children = (0..count).map(Face).map(|face| {
-            let turn = canonical_corner(&refined, face);
-            let low = raised(&refined, face, turn, walk);
-            let ring = low.around.ring.iter().map(|&v| points.row(v)).collect();
+            let lowest = Lowest::of(&next, face);
+            let turn = canonical_corner_lowered(&next, face, lowest.excess());
+            let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
+            around.go(&next, place);
+            let low = link(&around.list, place, lowest.raise(), known);
+            let ring = around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)).collect();
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
-            let high = (can_rise && refined.excess(face) == 0 && refined.is_semi_sharp(face)).then(|| {
-                let mut around = Surroundings::default();
-                refined.lowered_surroundings(face, turn, -1, walk, &mut around);
-                around
+            let has_lowest = can_rise && lowest.ends();
+            let high = has_lowest.then(|| {
+                around.list.lower(-1);
+                link(&around.list, Place { raise: -1, ..place }, 0, known)
             });
             MadeChild { low, high, turn: turn as u8, ring }
         });
-        let children = children.collect();
-        let points = points.rows;
+        let children: Vec<MadeChild> = children.collect();
+        let points = points.rows.clone();
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
-        Made { ring, body: MadeBody::Refined { topology: refined, points, children, ends } }
+        let parent = if children.iter().any(MadeChild::is_new) {
+            Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
+        } else {
+            cutter.give_back(t);
+            None
+        };
+        Made { ring, body: MadeBody::Split { parent, points, children, ends } }
     }
 
     /// The leaf that covers face 0 of `t`, if one does.
@@ -228,38 +307,43 @@ impl Compiler<'_> {
 }
 
 /// Points of the next level over a node's points, each made when it is first asked for.
-struct RefinedPoints<'a> {
-    parent: &'a Topology,
-    scheme: Scheme,
+#[derive(Default)]
+struct RefinedPoints {
     rows: Rows,
-    /// Row of every refined vertex.
-    known: Vec<Option<u32>>,
+    /// Row of every refined vertex, or [`NONE`].
+    known: Vec<u32>,
     sum: Accumulator,
+    mask: Mask,
 }
 
-impl<'a> RefinedPoints<'a> {
-    fn new(parent: &'a Topology, refined: &Topology, scheme: Scheme) -> Self {
-        let points = parent.vertex_count();
-        let known = vec![None; refined.vertex_count()];
-        Self { parent, scheme, rows: Rows::empty(points), known, sum: Accumulator::new(points) }
+impl RefinedPoints {
+    /// Forgets all points, for those of a level of `refined` vertices below `parent`.
+    fn clear(&mut self, parent: &Topology, refined: usize) {
+        self.rows.clear(parent.vertex_count());
+        self.known.clear();
+        self.known.resize(refined, NONE);
+        self.sum.widen(parent.vertex_count());
     }
 
-    fn row(&mut self, v: u32) -> u32 {
-        let Self { parent, scheme, rows, known, sum } = self;
-        *known[v as usize].get_or_insert_with(|| {
-            child_vertex(parent, *scheme, v, &mut |p, w| sum.add(p, w));
+    fn row(&mut self, parent: &Topology, scheme: Scheme, v: u32) -> u32 {
+        let Self { rows, known, sum, mask } = self;
+        let row = &mut known[v as usize];
+        if *row == NONE {
+            child_vertex_by(parent, scheme, v, mask, &mut |p, w| sum.add(p, w));
             rows.push(sum);
-            rows.len() as u32 - 1
-        })
+            *row = rows.len() as u32 - 1;
+        }
+        *row
     }
 }
 
-/// What surrounds a face, its sharpness lowered as far as no rule of the next step notices.
-fn raised(t: &Topology, face: Face, start: usize, walk: &mut Walk) -> Raised {
-    let raise = t.excess(face).saturating_sub(1);
-    let mut around = Surroundings::default();
-    t.lowered_surroundings(face, start, raise as i8, walk, &mut around);
-    Raised { around, raise }
+/// What leads to the node of `around`, which is at `place`, raised by `raise`.
+fn link(around: &Surroundings, place: Place, raise: u8, known: &Keys) -> MadeLink {
+    let node = match known.get(&around.key[..]) {
+        Some(&node) => MadeNode::Known(node),
+        None => MadeNode::New(around.key[..].into()),
+    };
+    MadeLink { place, raise, node }
 }
 
 /// The leaf along one semi-sharp side of a quad, if it has that form.

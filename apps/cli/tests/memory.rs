@@ -1,0 +1,45 @@
+//! Heap of patch tables, counted by the program's own allocator. One test alone: what others allocate would be counted too.
+
+#[path = "../src/heap.rs"]
+mod heap;
+
+use std::path::Path;
+use subsurf::{ControlMesh, PatchTable, Scheme, TableSize, Tags};
+
+fn asset(name: &str) -> ControlMesh {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets").join(name);
+    subsurf_io::read(&path, &subsurf_io::ReadOptions::default()).unwrap().mesh
+}
+
+/// A torus of `n` by `n` quads.
+fn torus(n: u32) -> ControlMesh {
+    let at = |i: u32, j: u32| i % n * n + j % n;
+    let faces = (0..n * n).map(|f| (f / n, f % n));
+    let corners = faces.flat_map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
+    ControlMesh::from_counts((n * n) as usize, &vec![4; (n * n) as usize], corners, Tags::default()).unwrap()
+}
+
+fn table(mesh: &ControlMesh) -> PatchTable {
+    PatchTable::new(mesh, Scheme::CatmullClark).unwrap()
+}
+
+fn bytes(size: &TableSize) -> usize {
+    size.patch_bytes + size.plan_bytes + size.topology_bytes
+}
+
+#[test]
+fn memory_is_what_is_told_and_no_more_than_twice_that_while_building() {
+    let quads = torus(200);
+    let meshes = [("torus", &quads), ("teapot", &asset("fancy_teapot.obj"))];
+    for (name, mesh) in meshes {
+        // Threads and what they keep are there after the first time.
+        drop(table(mesh));
+        let (own, heap) = heap::heap_of(|| table(mesh));
+        let told = bytes(&own.size()) as u64;
+        // Maps in plans are counted by their entries.
+        assert!(told.abs_diff(heap.kept) <= told / 50, "{name}: {told} bytes told, {} kept", heap.kept);
+        assert!(heap.peak <= 2 * heap.kept, "{name}: {} bytes at the peak, {} kept", heap.peak, heap.kept);
+    }
+    let size = table(&quads).size();
+    assert!(bytes(&size) <= 175 * size.patches, "{size:?}");
+}

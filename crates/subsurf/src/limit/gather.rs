@@ -1,0 +1,367 @@
+//! What a patch table holds per patch: which plan, turned how, over which ring. Gathered chunk by chunk, in parallel.
+//!
+//! Most patches are quads with [smooth corners](super::smooth_ring). Their rings are read off the half-edges, straight into
+//! the first part of the list of all rings; the rings of others come from walks round the face, and follow.
+
+use super::plan_key::{Key, KeyHasher, Keys, canonical_corner};
+use super::smooth_ring::{self, VALENCES, Valences, is_distinct};
+use crate::index::{Face, Vertex};
+use crate::mesh::{MAX_COUNT, MeshError};
+use crate::topology::{NONE, Surroundings, Topology, Walk};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::BuildHasherDefault;
+use std::ops::Range;
+
+/// Faces a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
+const CHUNK: usize = 2048;
+
+/// A face, and the corner that its walk starts at.
+pub(super) type Start = (u32, u32);
+
+/// Everything per patch, plans numbered by first appearance in the mesh.
+pub(super) struct Gathered {
+    pub patch_plan: Vec<u32>,
+    pub patch_turn: Vec<u8>,
+    pub ring_start: Vec<u32>,
+    pub ring: Vec<u32>,
+    /// Per plan a face, and the corner that its walk starts at.
+    pub representatives: Vec<Start>,
+    /// Plan of every key.
+    pub known: Keys,
+}
+
+impl Gathered {
+    /// `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face.
+    ///
+    /// # Errors
+    /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
+    pub fn new(t: &Topology, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
+        let fans = Fan::all(t);
+        let patches = face_patch[t.face_count()] as usize;
+        let sizes: Vec<Size> = (0..t.face_count().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| faces_of(t, chunk).map(|f| Size::of(t, whole, &fans, Face::new(f))).sum())
+            .collect();
+        let size: Size = sizes.iter().copied().sum();
+        size.check(patches)?;
+
+        let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
+        let (mut ring_start, mut ring) = (vec![0; patches], Vec::with_capacity(size.direct + size.others));
+        ring.resize(size.direct, 0);
+        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct: &mut ring };
+        let mut chunks = lists.chunks(t, face_patch, &sizes);
+        let mut met: Vec<Met> =
+            chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &fans, own)).collect();
+
+        let (mut representatives, mut known) = (Vec::new(), Keys::default());
+        let mut end = size.direct;
+        let chunks: Vec<_> = chunks.into_iter().map(|chunk| (chunk.plan, chunk.start)).collect();
+        ring.resize(size.direct + met.iter().map(|chunk| chunk.ring.len()).sum::<usize>(), 0);
+        let mut others = &mut ring[size.direct..];
+        let mut rest = Vec::with_capacity(met.len());
+        for chunk in &mut met {
+            let plans: Vec<u32> =
+                chunk.keys.drain(..).map(|(key, place)| number(key, place, &mut known, &mut representatives)).collect();
+            let (own, more) = others.split_at_mut(chunk.ring.len());
+            rest.push((end, plans, own));
+            others = more;
+            end += chunk.ring.len();
+        }
+        if end > MAX_COUNT {
+            return Err(MeshError::TooLarge { what: "control points in rings", count: end, limit: MAX_COUNT });
+        }
+        chunks.into_par_iter().zip(met).zip(rest).for_each(|(((plan, start), met), (base, plans, others))| {
+            plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = plans[*plan as usize]);
+            met.walked.iter().for_each(|&patch| start[patch as usize] += base as u32);
+            others.copy_from_slice(&met.ring);
+        });
+        ring.shrink_to_fit();
+        Ok(Self { patch_plan, patch_turn, ring_start, ring, representatives, known })
+    }
+}
+
+fn number(key: Key, place: Start, known: &mut Keys, representatives: &mut Vec<Start>) -> u32 {
+    let next = known.len() as u32;
+    match known.entry(key) {
+        Entry::Occupied(plan) => *plan.get(),
+        Entry::Vacant(empty) => {
+            representatives.push(place);
+            *empty.insert(next)
+        }
+    }
+}
+
+fn faces_of(t: &Topology, chunk: usize) -> Range<usize> {
+    chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())
+}
+
+/// The faces at a vertex: at a *smooth* one, an interior manifold vertex of quads with nothing sharp, how many; at others how
+/// many vertices they have beside it, at most.
+#[derive(Clone, Copy)]
+pub(super) struct Fan(u32);
+
+impl Fan {
+    const SMOOTH: u32 = 1 << 31;
+
+    /// Those of all vertices.
+    fn all(t: &Topology) -> Vec<Self> {
+        let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(Vertex);
+        let mut fans: Vec<Self> = vertices.map(|v| Self::of(t, v)).collect();
+        if t.vertex_non_manifold.contains(&true) {
+            // There are faces beyond the fan.
+            t.vertex_non_manifold
+                .iter()
+                .zip(&mut fans)
+                .filter(|(non_manifold, _)| **non_manifold)
+                .for_each(|f| *f.1 = Self(0));
+            for f in (0..t.face_count()).map(Face::new) {
+                for &v in t.face_vertices(f) {
+                    if t.vertex_non_manifold[v as usize] {
+                        fans[v as usize].0 += t.sides(f) as u32 - 1;
+                    }
+                }
+            }
+        }
+        fans
+    }
+
+    /// The fan that starts at the vertex' leading half-edge.
+    #[inline]
+    pub fn of(t: &Topology, v: Vertex) -> Self {
+        let (mut faces, mut points, mut quads) = (0, 0, true);
+        let closed = t.walk_fan(v, |h| {
+            let sides = t.sides(t.face(h)) as u32;
+            faces += 1;
+            points += sides - 2;
+            quads &= sides == 4;
+        });
+        let smooth = t.vertex_sharpness(v) == 0.0 && t.sharp_edges(v).is_empty() && t.foreign_sharpness(v).is_empty();
+        let smooth = closed && quads && smooth && !t.vertex_non_manifold[v.index()];
+        Self(if smooth { faces | Self::SMOOTH } else { points + u32::from(!closed) })
+    }
+
+    /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
+    #[inline]
+    pub fn smooth_valence(self) -> Option<u8> {
+        let valence = self.0 & !Self::SMOOTH;
+        (self.0 & Self::SMOOTH != 0 && VALENCES.contains(&valence)).then_some(valence as u8)
+    }
+
+    /// Vertices of the faces but the one in the middle, at most.
+    fn points(self) -> usize {
+        let count = (self.0 & !Self::SMOOTH) as usize;
+        if self.0 & Self::SMOOTH != 0 { 2 * count } else { count }
+    }
+}
+
+/// How much memory rings take.
+#[derive(Clone, Copy, Default)]
+struct Size {
+    /// Control points in rings that are read directly.
+    direct: usize,
+    /// Control points in the rings of other patches, at most.
+    others: usize,
+}
+
+/// Control points that all rings together may have beyond 64 per patch: a gigabyte. A pole of valence n has n rings of
+/// 2 n points; 2^28 allows one of 11,000.
+const MOST_RING_POINTS: usize = 1 << 28;
+
+impl Size {
+    fn of(t: &Topology, whole: usize, fans: &[Fan], face: Face) -> Self {
+        let corners = t.face_vertices(face);
+        if t.is_hole(face) {
+            return Self::default();
+        }
+        if let Some(valences) = valences(whole, fans, corners) {
+            return Self { direct: smooth_ring::points(valences), others: 0 };
+        }
+        // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
+        let own = corners.len();
+        let beyond = |&v: &u32| (fans[v as usize].points() + 2).saturating_sub(own);
+        let ring = own + corners.iter().map(beyond).sum::<usize>();
+        Self { direct: 0, others: if own == whole { ring } else { own * ring } }
+    }
+
+    /// Refuses meshes whose rings would not fit into memory, before any is made.
+    fn check(self, patches: usize) -> Result<(), MeshError> {
+        let (count, limit) = (self.direct + self.others, MOST_RING_POINTS + 64 * patches);
+        if count > limit {
+            let what = "control points round its faces (a vertex of n faces needs n² of them)";
+            return Err(MeshError::TooLarge { what, count, limit });
+        }
+        Ok(())
+    }
+}
+
+impl std::iter::Sum for Size {
+    fn sum<I: Iterator<Item = Self>>(sizes: I) -> Self {
+        sizes.fold(Self::default(), |a, b| Self { direct: a.direct + b.direct, others: a.others + b.others })
+    }
+}
+
+/// Valences of a quad whose ring is read directly.
+#[inline]
+fn valences(whole: usize, fans: &[Fan], corners: &[u32]) -> Option<Valences> {
+    let &[a, b, c, d] = corners else { return None };
+    let valence = |v: u32| fans[v as usize].smooth_valence();
+    (whole == 4).then_some(())?;
+    Some([valence(a)?, valence(b)?, valence(c)?, valence(d)?])
+}
+
+/// Tables per patch, and the rings that are read directly.
+struct Lists<'a, 'r> {
+    plan: &'a mut [u32],
+    turn: &'a mut [u8],
+    start: &'a mut [u32],
+    direct: &'r mut [u32],
+}
+
+/// Some faces, and their part of the tables.
+struct Chunk<'a, 'r> {
+    faces: Range<usize>,
+    /// Where its rings start that are read directly.
+    base: usize,
+    plan: &'a mut [u32],
+    turn: &'a mut [u8],
+    start: &'a mut [u32],
+    direct: &'r mut [u32],
+}
+
+impl<'a, 'r> Lists<'a, 'r> {
+    fn chunks(self, t: &Topology, face_patch: &[u32], sizes: &[Size]) -> Vec<Chunk<'a, 'r>> {
+        let Self { mut plan, mut turn, mut start, mut direct } = self;
+        let mut base = 0;
+        let cut = |(chunk, size): (usize, &Size)| {
+            let faces = faces_of(t, chunk);
+            let patches = (face_patch[faces.end] - face_patch[faces.start]) as usize;
+            let chunk = Chunk {
+                faces,
+                base,
+                plan: plan.split_off_mut(..patches).unwrap_or_default(),
+                turn: turn.split_off_mut(..patches).unwrap_or_default(),
+                start: start.split_off_mut(..patches).unwrap_or_default(),
+                direct: direct.split_off_mut(..size.direct).unwrap_or_default(),
+            };
+            base += size.direct;
+            chunk
+        };
+        sizes.iter().enumerate().map(cut).collect()
+    }
+}
+
+/// Memory for one walk after the other.
+#[derive(Default)]
+struct Scratch {
+    walk: Walk,
+    around: Surroundings,
+}
+
+/// What a chunk needs beyond its part of the tables, plans numbered within the chunk.
+#[derive(Default)]
+struct Met {
+    /// Distinct keys in order of appearance, each with the face that it was first met at.
+    keys: Vec<(Key, Start)>,
+    /// Patches whose rings come from walks, and these rings.
+    walked: Vec<u32>,
+    ring: Vec<u32>,
+}
+
+/// What the valences of a quad with smooth corners say: where its walk starts and, once it is met, the plan.
+#[derive(Clone, Copy)]
+struct Smooth {
+    start: u8,
+    plan: u32,
+}
+
+type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
+
+impl Chunk<'_, '_> {
+    fn gather(&mut self, t: &Topology, whole: usize, fans: &[Fan], scratch: &mut Scratch) -> Met {
+        let (mut met, mut known) = (Met::default(), Keys::default());
+        let mut smooth = SmoothPlans::default();
+        smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
+        self.read_rings(t, whole, fans, &mut smooth);
+        let mut regular = NONE;
+        let (mut patch, mut rings) = (0, 0);
+        for face in self.faces.clone().map(Face::new) {
+            let sides = t.sides(face);
+            let starts = if sides == whole { 0..1 } else { 0..sides };
+            if t.is_hole(face) {
+                patch += starts.len();
+                continue;
+            }
+            if let Some(valences) = valences(whole, fans, t.face_vertices(face)) {
+                let own = rings..rings + smooth_ring::points(valences);
+                rings = own.end;
+                // In small meshes, where the ring is another one, the place stays unused.
+                if is_distinct(&self.direct[own.clone()]) {
+                    self.start[patch] = (self.base + own.start) as u32;
+                    if valences == [4; 4] && regular != NONE {
+                        self.plan[patch] = regular;
+                        patch += 1;
+                        continue;
+                    }
+                    let shared = smooth.get_mut(&valences).expect("its ring was read");
+                    if shared.plan == NONE {
+                        shared.plan = met.walk(t, face, usize::from(shared.start), &mut known, scratch);
+                        debug_assert_eq!(scratch.around.ring, self.direct[own]);
+                    }
+                    (self.plan[patch], self.turn[patch]) = (shared.plan, shared.start);
+                    if valences == [4; 4] {
+                        regular = shared.plan;
+                    }
+                    patch += 1;
+                    continue;
+                }
+            }
+            for subface in starts {
+                let start = if sides == whole { canonical_corner(t, face) } else { subface };
+                let plan = met.walk(t, face, start, &mut known, scratch);
+                met.walked.push(patch as u32);
+                self.plan[patch] = plan;
+                self.turn[patch] = if sides == whole { start as u8 } else { 0 };
+                self.start[patch] = met.ring.len() as u32;
+                met.ring.extend_from_slice(&scratch.around.ring);
+                patch += 1;
+            }
+        }
+        met
+    }
+
+    /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
+    /// load in fours.
+    fn read_rings(&mut self, t: &Topology, whole: usize, fans: &[Fan], smooth: &mut SmoothPlans) {
+        let mut rings = 0;
+        for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
+            let Some(valences) = valences(whole, fans, t.face_vertices(face)) else { continue };
+            let start = if valences == [4; 4] {
+                0
+            } else {
+                // Where the walk starts follows from the valences.
+                let new = || Smooth { start: canonical_corner(t, face) as u8, plan: NONE };
+                usize::from(smooth.entry(valences).or_insert_with(new).start)
+            };
+            let own = rings..rings + smooth_ring::points(valences);
+            rings = own.end;
+            let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
+            smooth_ring::read(t, face, start, turned, &mut self.direct[own]);
+        }
+    }
+}
+
+impl Met {
+    /// Walks round a face from corner `start`, and finds or makes the plan's number.
+    fn walk(&mut self, t: &Topology, face: Face, start: usize, known: &mut Keys, scratch: &mut Scratch) -> u32 {
+        let around = &mut scratch.around;
+        t.surroundings(face, start, &mut scratch.walk, around);
+        known.get(&around.key[..]).copied().unwrap_or_else(|| {
+            let plan = self.keys.len() as u32;
+            self.keys.push((around.key.clone().into(), (face.0, start as u32)));
+            known.insert(around.key.clone().into(), plan);
+            plan
+        })
+    }
+}

@@ -1,0 +1,235 @@
+//! A tessellation of which everything but positions is at hand: made once per connectivity and options, evaluated once per
+//! animation frame.
+
+use super::evaluate::{Evaluator, Output};
+use super::faceted::PatchNormals;
+use super::facets::{self, FacetArrays};
+use super::layout::Layout;
+use super::normals::Sides;
+use super::pattern::Patterns;
+use super::sample::{NormalOf, Sampler};
+use super::{Places, TessellateError, TessellateOptions, Tessellation, rates, shade};
+use crate::limit::LimitSurface;
+use crate::real::{Real, round};
+use crate::scheme::Scheme;
+use crate::shading::ShadingNormals;
+use rayon::prelude::*;
+
+/// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once.
+///
+/// ```
+/// use subsurf::{PatchTable, Rates, Scheme, TessellateOptions, shapes};
+///
+/// let cube = shapes::cube();
+/// let mut control: Vec<[f32; 3]> = cube.positions.iter().map(|p| p.map(|x| x as f32)).collect();
+/// let patches = PatchTable::new(&cube.mesh, Scheme::CatmullClark)?;
+/// let options = TessellateOptions { rates: Rates::Uniform(4), ..TessellateOptions::default() };
+/// let tessellator = patches.surface(&control).tessellator(&options)?; // once per connectivity
+///
+/// let mut points = vec![[0.0; 3]; tessellator.point_count()];
+/// let mut normals = vec![[0.0; 3]; tessellator.normal_count()];
+/// for frame in 0..3 {
+///     control[0][2] += 0.1 * frame as f32;
+///     tessellator.evaluate_into(&control, &mut points, &mut normals); // once per frame
+/// }
+/// assert_eq!(tessellator.facet_count(), 6 * 4 * 4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Tessellator<'a, T> {
+    layout: Layout<'a>,
+    sides: Sides,
+    /// None where rates differ from face to face.
+    patterns: Option<Patterns<T>>,
+    facets: FacetArrays,
+    /// Where normals are evaluated under bilinear subdivision.
+    faceted: Option<PatchNormals>,
+    options: TessellateOptions,
+}
+
+impl<'a, T: Real> LimitSurface<'a, T, 3> {
+    /// Prepares tessellations of this mesh for any control points. Adaptive rates are those that the control points at
+    /// hand ask for, and stay.
+    ///
+    /// # Errors
+    /// [`TessellateError`]: rates that are not positive, or a result too large for 32-bit indices.
+    pub fn tessellator(&self, options: &TessellateOptions) -> Result<Tessellator<'a, T>, TessellateError> {
+        let rates = rates::choose(self, options.rates, options.most_points)?;
+        let layout = Layout::new(self.table(), rates);
+        layout.check(options.most_points)?;
+        let is_faceted = options.normals && self.table().scheme() == Scheme::Bilinear;
+        let shared = options.normals && !is_faceted;
+        let sides = if shared { Sides::new(self.table(), &layout) } else { Sides::default() };
+        let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
+        let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
+        let faceted = is_faceted.then(|| PatchNormals::of(&facets));
+        if let Some(faceted) = &faceted {
+            facets.normal_corners.clone_from(&faceted.corners);
+            if !options.places {
+                facets.places = Places::default();
+            }
+        }
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared));
+        Ok(Tessellator { layout, sides, patterns, facets, faceted, options: *options })
+    }
+}
+
+impl<'a, T: Real> Tessellator<'a, T> {
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.layout.points()
+    }
+
+    /// Number of normals; 0 if they were not asked for.
+    pub fn normal_count(&self) -> usize {
+        match &self.faceted {
+            Some(faceted) => faceted.sources.len(),
+            None if self.options.normals => self.layout.points() + self.sides.extra(),
+            None => 0,
+        }
+    }
+
+    /// Number of facets.
+    pub fn facet_count(&self) -> usize {
+        self.facets.face_offsets.len() - 1
+    }
+
+    /// Start of every facet in [`corners`](Self::corners), and the end of the last one.
+    pub fn face_offsets(&self) -> &[u32] {
+        &self.facets.face_offsets
+    }
+
+    /// Points of all facets, counter-clockwise.
+    pub fn corners(&self) -> &[u32] {
+        &self.facets.corners
+    }
+
+    /// Normal of every facet corner; empty where normals go by the same indices as points.
+    pub fn normal_corners(&self) -> &[u32] {
+        &self.facets.normal_corners
+    }
+
+    /// Where each facet lies, if asked for.
+    pub fn places(&self) -> Option<&Places> {
+        self.options.places.then_some(&self.facets.places)
+    }
+
+    /// Points and normals for these control points, one per vertex of the mesh. Nothing is allocated but a few blocks per
+    /// thread.
+    ///
+    /// # Panics
+    /// If a slice has not the length that [`point_count`](Self::point_count) and [`normal_count`](Self::normal_count)
+    /// say, or `control` not one row per vertex of the mesh.
+    pub fn evaluate_into(&self, control: &[[T; 3]], points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
+        self.fill(self.layout.table.surface(control), None, points, normals);
+    }
+
+    /// The same with shading normals in the place of the surface's own, as
+    /// [`tessellate_shaded`](LimitSurface::tessellate_shaded) gives them.
+    ///
+    /// # Panics
+    /// As [`evaluate_into`](Self::evaluate_into), and if the normals are those of another mesh.
+    pub fn evaluate_shaded_into(
+        &self,
+        control: &[[T; 3]],
+        shading: &ShadingNormals<'_>,
+        points: &mut [[T; 3]],
+        normals: &mut [[T; 3]],
+    ) {
+        self.fill(self.layout.table.surface(control), Some(shading), points, normals);
+    }
+
+    /// The whole mesh for these control points.
+    ///
+    /// # Panics
+    /// If `control` has not one row per vertex of the mesh.
+    pub fn evaluate(&self, control: &[[T; 3]]) -> Tessellation<T> {
+        let (positions, normals) = self.vertices(self.layout.table.surface(control), None);
+        Tessellation {
+            positions,
+            face_offsets: self.facets.face_offsets.clone(),
+            corners: self.facets.corners.clone(),
+            normals,
+            normal_corners: self.facets.normal_corners.clone(),
+            places: self.options.places.then(|| self.facets.places.clone()),
+            rates: self.layout.rates.clone(),
+            facets: self.options.facets,
+        }
+    }
+
+    /// The whole mesh once, and no further.
+    pub(super) fn into_mesh(
+        self,
+        surface: LimitSurface<'_, T, 3>,
+        shading: Option<&ShadingNormals<'_>>,
+    ) -> Tessellation<T> {
+        let (positions, normals) = self.vertices(surface, shading);
+        Tessellation {
+            positions,
+            face_offsets: self.facets.face_offsets,
+            corners: self.facets.corners,
+            normals,
+            normal_corners: self.facets.normal_corners,
+            places: self.options.places.then_some(self.facets.places),
+            rates: self.layout.into_rates(),
+            facets: self.options.facets,
+        }
+    }
+
+    fn vertices(
+        &self,
+        surface: LimitSurface<'_, T, 3>,
+        shading: Option<&ShadingNormals<'_>>,
+    ) -> (Vec<[T; 3]>, Vec<[T; 3]>) {
+        let mut points = vec![[T::default(); 3]; self.point_count()];
+        let mut normals = vec![[T::default(); 3]; self.normal_count()];
+        self.fill(surface, shading, &mut points, &mut normals);
+        (points, normals)
+    }
+
+    fn fill(
+        &self,
+        surface: LimitSurface<'_, T, 3>,
+        shading: Option<&ShadingNormals<'_>>,
+        points: &mut [[T; 3]],
+        normals: &mut [[T; 3]],
+    ) {
+        assert_eq!(points.len(), self.point_count(), "one point per sample");
+        assert_eq!(normals.len(), self.normal_count(), "the normals that were asked for");
+        if let Some(shading) = shading {
+            assert!(shading.fits(self.layout.table.topology()), "the normals are those of this mesh");
+        }
+        if let Some(faceted) = &self.faceted {
+            fill(&self.layout, self.patterns.as_ref(), surface, None, Output { points, normals: &mut [] });
+            let sampler = Sampler::new(surface, &self.layout, Some(NormalOf::SPACE));
+            normals.par_iter_mut().zip(&faceted.sources).for_each(|(n, &at)| *n = round(sampler.normal(at)));
+            return;
+        }
+        let normal_of = self.options.normals.then_some(NormalOf::SPACE);
+        let shared = if self.options.normals { points.len() } else { 0 };
+        let (own, extra) = normals.split_at_mut(shared);
+        fill(&self.layout, self.patterns.as_ref(), surface, normal_of, Output { points, normals: own });
+        Sampler::new(surface, &self.layout, normal_of).extra_normals(&self.sides, extra);
+        if let Some(shading) = shading.filter(|_| self.options.normals) {
+            shade::shade(&self.layout, &self.sides, shading, normals);
+        }
+    }
+}
+
+/// Evaluates all points of a layout, and their normals.
+pub(super) fn fill<T: Real, const N: usize>(
+    layout: &Layout<'_>,
+    patterns: Option<&Patterns<T>>,
+    surface: LimitSurface<'_, T, N>,
+    normals: Option<NormalOf<N>>,
+    out: Output<'_, T, N>,
+) {
+    let sampler = Sampler::new(surface, layout, normals);
+    if let Some(patterns) = patterns {
+        return Evaluator { patterns, sampler }.evaluate(out);
+    }
+    let (vertices, rest) = out.split(layout.vertices());
+    let (edges, inside) = rest.split(layout.edge_points());
+    sampler.vertices(vertices.points, vertices.normals);
+    sampler.edges(edges.points, edges.normals);
+    sampler.faces(inside.points, inside.normals);
+}
