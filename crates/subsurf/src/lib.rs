@@ -71,8 +71,8 @@ pub use channel::{Channel, ChannelError};
 pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{
-    Curvature, Derivatives, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind, PatchTable,
-    Spectrum, TableSize,
+    Curvature, Derivatives, EvaluationSize, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind,
+    PatchTable, Spectrum, TableSize,
 };
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use ptex::{PtexEdge, PtexFaces};

@@ -33,7 +33,7 @@ pub(crate) use jet::unit_normal;
 pub use jet::{Curvature, Derivatives, Jet, Location};
 pub(crate) use local_step::child_vertex;
 pub(crate) use patch_table::Known;
-pub use patch_table::{PatchTable, TableSize};
+pub use patch_table::{EvaluationSize, PatchTable, TableSize};
 pub use plan::PatchKind;
 pub(crate) use plan_key::KeyHasher;
 pub(crate) use special::AtVertex;

@@ -190,3 +190,27 @@ fn single_precision_costs_a_few_ulps_of_the_ring() {
         Ok(())
     });
 }
+
+#[test]
+fn matrices_are_made_once_for_all_faces_of_a_plan() {
+    let per_face: Vec<[f64; 2]> =
+        (0..49).map(|k| [f64::from(k % 7) / 7.0 + 0.05, f64::from(k / 7) / 7.0 + 0.05]).collect();
+    let all = |mesh: &ControlMesh| -> Vec<Location> {
+        (0..mesh.face_count() as u32)
+            .flat_map(|face| per_face.iter().map(move |&[u, v]| Location::new(face, u, v)))
+            .collect()
+    };
+    // Quads round one vertex of valence 5, plain ones and boundaries.
+    let shape = shapes::interior_vertex(5);
+    let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    let at = all(&shape.mesh);
+    rows::<f64, 3>(&table, &shape.positions, &at);
+    let after = table.evaluation_size();
+    // A plan is one piece, or has three for every depth: seven rows of samples reach down to 0.05, so to depth 4.
+    assert!(after.matrices <= 15 * table.size().plans, "{after:?}");
+    rows::<f64, 6>(&table, &shape.positions, &at);
+    table.surface(&shape.positions).eval_many(&at);
+    assert_eq!(table.evaluation_size(), after, "nothing is made twice");
+    rows::<f32, 3>(&table, &single(&shape.positions), &at);
+    assert_eq!(table.evaluation_size().matrices, 2 * after.matrices, "once more in single precision");
+}

@@ -17,6 +17,9 @@ pub(crate) type Control<T, const N: usize> = [[T; LANES]; N];
 /// Rows of position, and of `∂u ∂v` (`R = 3`), and of `∂uu ∂uv ∂vv` (`R = 6`), component by component, `W` samples.
 pub(crate) type Block<T, const N: usize, const R: usize, const W: usize> = [[[T; W]; N]; R];
 
+/// Factors of first and second derivatives.
+type Turn<T> = ([[T; 2]; 2], [[T; 3]; 3]);
+
 /// A sub-patch of one face: its control points and how it lies in the face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<T, const N: usize> {
@@ -26,7 +29,7 @@ pub(crate) struct Piece<T, const N: usize> {
     /// What the control points are relative to.
     origin: [T; N],
     /// Derivatives in the face's parameters from those in the piece's, first and second ones; none where they are the same.
-    turn: Option<([[T; 2]; 2], [[T; 3]; 3])>,
+    turn: Option<Turn<T>>,
 }
 
 impl<T: Real, const N: usize> Piece<T, N> {
@@ -109,7 +112,7 @@ impl<T: Real, const N: usize> Piece<T, N> {
 
 /// The factors of derivatives, unless they stay as they are.
 #[inline(always)]
-fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<([[T; 2]; 2], [[T; 3]; 3])> {
+fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
     if pose.is_plain() {
         return None;
     }

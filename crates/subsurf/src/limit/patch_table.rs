@@ -65,6 +65,16 @@ pub struct TableSize {
     pub topology_bytes: usize,
 }
 
+/// What evaluation has tabulated so far: see [`PatchTable::evaluation_size`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub struct EvaluationSize {
+    /// Matrices made: one per sub-patch of a plan and precision that a location was met in.
+    pub matrices: usize,
+    /// Bytes of those that are kept.
+    pub bytes: usize,
+}
+
 impl PatchTable {
     /// Builds the table of a mesh, in parallel.
     ///
@@ -238,6 +248,13 @@ impl PatchTable {
         let Some(plan) = self.patch_plan(patch) else { return &[] };
         let start = self.ring_start[patch] as usize;
         &self.ring[start..start + self.plan(plan).ring()]
+    }
+
+    /// Matrices that evaluation made when it first met the sub-patches of a plan, all faces and threads together; at most
+    /// 128 MiB are kept.
+    pub fn evaluation_size(&self) -> EvaluationSize {
+        let parts = self.plans.sub_patches();
+        EvaluationSize { matrices: parts.made(), bytes: parts.bytes() }
     }
 
     /// Counts and memory.

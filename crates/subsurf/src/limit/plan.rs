@@ -163,7 +163,12 @@ impl Plans {
         Plan { plans: self, number: plan, start: self.plans[plan] }
     }
 
-    /// Heap memory in bytes, shared special vertices left out.
+    /// What evaluation has tabulated.
+    pub fn sub_patches(&self) -> &SubPatches {
+        &self.parts
+    }
+
+    /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
         let child = |child: &Child| size_of::<Child>() + size_of_val(&child.ring[..]);
         let body = |node: &Node| match &node.body {
