@@ -151,8 +151,8 @@ fn against_sharpness<'a>(area: &Area<'a>, title: &str, unit: &str, records: &[&R
     };
     let sharpness = |record: &Record| record.what.split(':').next().and_then(|s| s.parse::<f64>().ok());
     let lines = [
-        (FAR_10, VERMILION, "feature-adaptive"),
-        (FAR_10_SINGLE, ORANGE, "with single-crease patches"),
+        (FAR_CREASES, VERMILION, "feature-adaptive"),
+        (FAR_SINGLE, ORANGE, "with single-crease patches"),
         (OURS, BLUE, "ours"),
     ];
     let points = |name: &str| -> Vec<(f64, f64)> {

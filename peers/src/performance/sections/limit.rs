@@ -21,7 +21,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     // Isolation 6 of a hundred thousand faces takes gigabytes.
     let isolation = if case.faces() > 50_000 { 4 } else { 6 };
     let far_name = if isolation == 6 { FAR_6 } else { FAR_4 };
-    let mut patches = Patches::new(mesh, &case.shape, isolation, false)?;
+    let mut patches = Patches::new(mesh, &case.shape, isolation)?;
     let mut points = patches.points();
     patches.interpolate(control, &mut points);
     let mut surfaces = FaceSurfaces::new(mesh, &case.shape)?;
