@@ -158,20 +158,6 @@ fn store<T: Real, S: Simd, const N: usize>(simd: S, sums: [T::Block<S>; N], out:
     store_each::<T, S, N>(simd, sums, out);
 }
 
-/// One block's sums, component by component.
-#[inline(always)]
-pub(crate) fn sums<T: Real, const N: usize>(block: &[[T; LANES]], ring: &[[T; N]]) -> [[T; LANES]; N] {
-    let mut sums = [[T::default(); LANES]; N];
-    for (weights, point) in block.iter().zip(ring) {
-        for c in 0..N {
-            for k in 0..LANES {
-                sums[c][k] = sums[c][k] + weights[k] * point[c];
-            }
-        }
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

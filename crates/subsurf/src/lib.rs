@@ -77,7 +77,7 @@ pub use limit::{
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
-pub use refine::{Level, UniformRefinement};
+pub use refine::{Level, RefinementSize, UniformRefinement};
 pub use scheme::Scheme;
 pub use shading::{Averaging, Blend, NormalField, Power, ShadingError, ShadingNormals, ShadingOptions};
 pub use stencil::{

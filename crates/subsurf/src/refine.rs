@@ -18,9 +18,14 @@ mod tri_split;
 mod uniform;
 mod values;
 
-pub use uniform::UniformRefinement;
+pub(crate) use compose::{Composer, Placed, WeightRows, fill_regular};
+pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
+pub(crate) use numbering::{Counts, Numbering, Owner, Region};
+pub(crate) use split::runs_forward;
+pub(crate) use tile_trees::{Parent, TileTrees, refined_point};
+pub use uniform::{RefinementSize, UniformRefinement};
 
-pub(crate) use next_level::NextLevel;
+pub(crate) use next_level::{NextHalfEdges, NextLevel};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -56,6 +61,11 @@ impl Level {
     /// The tables of this level.
     pub fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// The tables by themselves.
+    pub fn into_topology(self) -> Topology {
+        self.topology
     }
 
     /// The scheme that refines it.

@@ -82,6 +82,12 @@ fn rows_of_doubles_are_the_jets_and_exceptions_are_special_vertices_and_holes() 
         let surface = table.surface(points);
         let (all, exceptional) = rows::<f64, 6>(table, points, at);
         let (first, fewer) = rows::<f64, 3>(table, points, at);
+        let jets: Vec<_> = at.iter().map(|&at| surface.eval_second(at)).collect();
+        require(surface.eval_many(at) == jets, || "many jets differ from single ones".into())?;
+        let on_singles = single(points);
+        let surface_of_singles = table.surface(&on_singles);
+        let jets: Vec<_> = at.iter().map(|&at| surface_of_singles.eval_second(at)).collect();
+        require(surface_of_singles.eval_many(at) == jets, || "many jets of singles differ from single ones".into())?;
         let (positions, fewest) = rows::<f64, 1>(table, points, at);
         require(exceptional == fewer && fewer == fewest, || "exceptions depend on the orders".into())?;
         let mut expected = Vec::new();

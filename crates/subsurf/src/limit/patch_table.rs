@@ -170,12 +170,18 @@ impl PatchTable {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub(crate) fn checked_patch(&self, at: Location) -> usize {
-        let inside = |x: f64| (0.0..=1.0).contains(&x);
-        assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
-        // The sum of two parameters on the third side may round up.
-        let beyond = self.scheme.split() == SplitKind::Triangles && at.u + at.v > 1.0 + 4.0 * f64::EPSILON;
-        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", at.u, at.v);
+        self.check_parameters(at.u, at.v);
         self.patch(at.face, at.subface)
+    }
+
+    /// Panics where parameters lie outside a face.
+    #[inline]
+    pub(crate) fn check_parameters(&self, u: f64, v: f64) {
+        let inside = |x: f64| (0.0..=1.0).contains(&x);
+        assert!(inside(u) && inside(v), "parameters ({}, {}) lie outside [0, 1]", u, v);
+        // The sum of two parameters on the third side may round up.
+        let beyond = self.scheme.split() == SplitKind::Triangles && u + v > 1.0 + 4.0 * f64::EPSILON;
+        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", u, v);
     }
 
     /// Where the corner at the start of `h` lies in the face of `h`.

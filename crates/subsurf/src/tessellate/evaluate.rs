@@ -124,42 +124,38 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     fn chunk(&self, mut task: Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let (table, is_triangle) = (layout.table, layout.is_triangle());
-        let edges_before = layout.edge_range(&task.faces).start;
-        // Edges come in the order of their owners.
-        let (mut edge_at, mut inside_at) = (0, 0);
+        let before = [layout.edge_range(&task.faces).start, layout.face_range(&task.faces).start];
         for face in task.faces.clone().map(Face).filter(|&f| !table.topology().is_hole(f)) {
             if table.subfaces(face) > 1 {
-                (edge_at, inside_at) = self.polygon(face, edges_before, [edge_at, inside_at], &mut task, scratch);
+                self.polygon(face, before, &mut task, scratch);
                 continue;
             }
             let patch = table.patch(face, 0);
             let (owned, turn) = (layout.owned(patch), table.turn(patch));
             let samples = self.patch(face, 0, turned_sides(is_triangle, owned, turn), scratch);
             let turned = (turn > 0).then(|| self.patterns.turned_inside(false, turn));
-            inside_at += scratch.copy_inside(samples, turned, &mut task.inside, inside_at);
-            for s in (0..4u8).filter(|s| owned & grid::side(*s) != 0) {
-                let own = turned_sides(is_triangle, grid::side(s), turn).trailing_zeros();
-                edge_at += scratch.copy(samples.side(own as usize), &mut task.edges, edge_at);
+            scratch.copy_inside(samples, turned, &mut task.inside, layout.face_first(face) - before[1]);
+            if owned != 0 {
+                // Edges come in the order of their owners.
+                let first = table.topology().half_edge(face, owned.trailing_zeros() as usize);
+                let mut at = layout.edge_first(table.topology().edge(first)) - before[0];
+                for s in (0..4u8).filter(|s| owned & grid::side(*s) != 0) {
+                    let own = turned_sides(is_triangle, grid::side(s), turn).trailing_zeros();
+                    at += scratch.copy(samples.side(own as usize), &mut task.edges, at);
+                }
             }
         }
     }
 
-    /// The sub-faces of a face that is no quad; gives back how far edges and insides have come.
-    fn polygon(
-        &self,
-        face: Face,
-        edges_before: usize,
-        [mut edge_at, mut inside_at]: [usize; 2],
-        task: &mut Task<'_, T, N>,
-        scratch: &mut Scratch<T, N>,
-    ) -> (usize, usize) {
+    /// The sub-faces of a face that is no quad.
+    fn polygon(&self, face: Face, before: [usize; 2], task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let t = layout.table.topology();
         let subfaces = layout.table.subfaces(face);
         let cells = layout.cells[1] as usize;
         // The centre, the points inside spokes, then those inside sub-faces.
-        let centre = inside_at;
-        inside_at += 1 + subfaces as usize * (cells - 1);
+        let centre = layout.face_first(face) - before[1];
+        let mut inside_at = centre + 1 + subfaces as usize * (cells - 1);
         for subface in 0..subfaces {
             let owned = layout.owned(layout.table.patch(face, subface));
             let (out, back) = (owned & grid::side(0) != 0, owned & grid::side(3) != 0);
@@ -173,18 +169,16 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             scratch.copy(samples.side(1), &mut task.inside, spoke);
             inside_at += scratch.copy_inside(samples, None, &mut task.inside, inside_at);
             let h = t.half_edge(face, subface as usize);
-            let first = |h: HalfEdge| layout.edge_first(t.edge(h)) - edges_before;
+            let first = |h: HalfEdge| layout.edge_first(t.edge(h)) - before[0];
             if out {
                 let at = first(h);
                 scratch.copy(samples.side(0), &mut task.edges, at);
                 scratch.copy(samples.corner(1)..samples.corner(1) + 1, &mut task.edges, at + cells - 1);
-                edge_at += 2 * cells - 1;
             }
             if back {
                 scratch.copy(samples.side(3), &mut task.edges, first(t.prev(h)) + cells);
             }
         }
-        (edge_at, inside_at)
     }
 
     /// Evaluates the wanted parts of a patch into the thread's own memory.

@@ -36,6 +36,7 @@ pub(super) struct GridSamples {
     inside: usize,
     side_at: [usize; 4],
     corner_at: [usize; 4],
+    first_corner: usize,
     /// By block, the parts that have a sample in it; every one where samples inside do.
     block_parts: Vec<Parts>,
 }
@@ -54,13 +55,14 @@ impl GridSamples {
             points.extend((1..cells).map(|k| on_side(is_triangle, cells, s, k)));
             of_part.resize(points.len(), side(s));
         }
+        let first_corner = points.len();
         for c in (0..sides).filter(|&c| parts & corner(c) != 0) {
             corner_at[c as usize] = points.len();
             points.push(on_side(is_triangle, cells, c, 0));
             of_part.push(corner(c));
         }
         let block_parts = of_part.chunks(LANES).map(|parts| parts.iter().fold(0, |all, p| all | p)).collect();
-        Self { cells, is_triangle, points, inside, side_at, corner_at, block_parts }
+        Self { cells, is_triangle, points, inside, side_at, corner_at, first_corner, block_parts }
     }
 
     pub fn len(&self) -> usize {
@@ -84,6 +86,11 @@ impl GridSamples {
 
     pub fn side(&self, s: usize) -> Range<usize> {
         self.side_at[s]..self.side_at[s] + self.cells as usize - 1
+    }
+
+    /// The first sample at a corner: those before lie at no vertex.
+    pub fn first_corner(&self) -> usize {
+        self.first_corner
     }
 
     pub fn corner(&self, c: usize) -> usize {

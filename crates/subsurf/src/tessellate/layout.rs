@@ -223,6 +223,11 @@ impl<'a> Layout<'a> {
         self.face_first[faces.start as usize] as usize..self.face_first[faces.end as usize] as usize
     }
 
+    /// The first point inside a face, counted from the first of all faces.
+    pub fn face_first(&self, f: Face) -> usize {
+        self.face_first[f.index()] as usize
+    }
+
     /// The points inside the edges that the faces of a chunk own, counted from the first edge's first.
     pub fn edge_range(&self, faces: &Range<u32>) -> Range<usize> {
         let chunk = (faces.start / CHUNK) as usize;

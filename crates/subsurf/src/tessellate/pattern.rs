@@ -208,13 +208,15 @@ fn rows_at(plan: Plan<'_>, u: f64, v: f64, count: usize) -> Vec<Vec<f64>> {
 
 impl<T: Real> Pattern<T> {
     fn new(plan: Plan<'_>, samples: GridSamples, count: usize) -> Self {
-        let rows: Vec<Vec<Vec<f64>>> = (0..samples.len())
-            .map(|s| {
-                let [u, v] = samples.uv(s);
-                rows_at(plan, u, v, count)
-            })
-            .collect();
-        let matrix = |k: usize| Matrix::new(samples.len(), plan.ring(), |s, p| rows[s][k][p]);
+        let ring = plan.ring();
+        let first_corner = samples.first_corner();
+        let places: Vec<[f64; 2]> = (0..first_corner).map(|s| samples.uv(s)).collect();
+        let mut weights = plan.weights_at(&places, count);
+        for s in first_corner..samples.len() {
+            let [u, v] = samples.uv(s);
+            rows_at(plan, u, v, count).iter().for_each(|row| weights.extend_from_slice(row));
+        }
+        let matrix = |k: usize| Matrix::new(samples.len(), ring, |s, p| weights[(s * count + k) * ring + p]);
         Self { rows: (0..count).map(matrix).collect(), samples }
     }
 }

@@ -80,8 +80,8 @@ impl<'a> Plan<'a> {
                     put(point, &sums, origin.map_or(0.0, |weights| weights[point]));
                 }
             };
-            match (&matrices.second, &matrices.points) {
-                (Some(blocks), _) if order > 2 => product(blocks),
+            match (&matrices.fine, &matrices.points) {
+                (Some((fine, blocks)), _) if fine.serves(order) => product(blocks),
                 (_, ControlPoints::Weighted(blocks)) => product(blocks),
                 (_, ControlPoints::Chosen(points)) => {
                     points.iter().zip(basis).for_each(|(&point, sums)| put(usize::from(point), sums, 0.0));
