@@ -5,14 +5,17 @@
 //! for every parent edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent,
 //! corner by corner, and under Loop the middle one last.
 
+mod compile;
 mod compose;
 mod face_rings;
 mod next_level;
 mod numbering;
 mod plain;
 mod quad_split;
+mod refined_point;
 mod scatter;
 mod split;
+mod tile;
 mod tile_trees;
 mod tri_split;
 mod uniform;
@@ -21,8 +24,9 @@ mod values;
 pub(crate) use compose::{Composer, Placed, WeightRows, fill_regular};
 pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
 pub(crate) use numbering::{Counts, Numbering, Owner, Region};
+pub(crate) use refined_point::{Parent, refined_point};
 pub(crate) use split::runs_forward;
-pub(crate) use tile_trees::{Parent, TileTrees, refined_point};
+pub(crate) use tile_trees::TileTrees;
 pub use uniform::{RefinementSize, UniformRefinement};
 
 pub(crate) use next_level::{NextHalfEdges, NextLevel};

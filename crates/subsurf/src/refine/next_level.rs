@@ -180,11 +180,6 @@ impl Tables for NextLevel<'_> {
     fn vertex_count(&self) -> usize {
         self.edge_point(Edge(self.parent.edge_count() as u32)).index()
     }
-    fn face_count(&self) -> usize {
-        match self.split {
-            SplitKind::Quads => self.parent.half_edge_count(),
-            SplitKind::Triangles => 4 * self.parent.face_count(),
-        }
     }
     fn rules(&self) -> &Rules {
         self.parent.rules()

@@ -2,8 +2,9 @@
 //! it and those of the edges and vertices that it is the first face of.
 
 use super::face_rings::PLAIN;
-use super::numbering::{Owner, Region, Tile};
+use super::numbering::{Owner, Region};
 use super::split::runs_forward;
+use super::tile::Tile;
 use super::uniform::Sources;
 use super::values::{Filler, PADDING};
 use crate::index::Face;
