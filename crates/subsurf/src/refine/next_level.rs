@@ -180,7 +180,6 @@ impl Tables for NextLevel<'_> {
     fn vertex_count(&self) -> usize {
         self.edge_point(Edge(self.parent.edge_count() as u32)).index()
     }
-    }
     fn rules(&self) -> &Rules {
         self.parent.rules()
     }
