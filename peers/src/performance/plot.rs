@@ -47,7 +47,7 @@ pub fn creases(records: &[Record]) -> String {
         areas.iter().zip(panels).enumerate().try_for_each(|(i, (area, (title, what, unit)))| {
             let end = format!(": {what}");
             let chosen = records.iter().filter(|r| r.section == "creases" && r.what.ends_with(&end));
-            against_sharpness(area, title, unit, &chosen.collect::<Vec<_>>(), i == 0)
+            against_sharpness(area, title, unit, &chosen.collect::<Vec<_>>(), i == 2)
         })
     })
 }
