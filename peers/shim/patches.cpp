@@ -38,8 +38,9 @@ float* row(float* values, size_t i) { return values ? values + 3 * i : nullptr; 
 
 extern "C" {
 
-// Refiner, patch table and patch map; no points yet.
-PeerPatches* peer_patches(PeerShape const* s, int isolation, int single_crease, char* error, int error_size) {
+// Refiner, patch table and patch map; no points yet. Levels at sharp features, and where nothing is sharp.
+PeerPatches* peer_patches(PeerShape const* s, int isolation, int smooth_isolation, int single_crease, char* error,
+                          int error_size) {
     std::unique_ptr<PeerPatches> p(new PeerPatches);
     p->refiner = createRefiner(*s, error, error_size);
     if (!p->refiner) return nullptr;
@@ -50,7 +51,9 @@ PeerPatches* peer_patches(PeerShape const* s, int isolation, int single_crease, 
     options.useSingleCreasePatch = single_crease != 0;
     options.generateLegacySharpCornerPatches = false;
     options.generateVaryingTables = false;
-    p->refiner->RefineAdaptive(options.GetRefineAdaptiveOptions());
+    Far::TopologyRefiner::AdaptiveOptions adaptive = options.GetRefineAdaptiveOptions();
+    adaptive.SetSecondaryLevel(smooth_isolation);
+    p->refiner->RefineAdaptive(adaptive);
     p->table.reset(Far::PatchTableFactory::Create(*p->refiner, options));
     p->map.reset(new Far::PatchMap(*p->table));
     return p.release();

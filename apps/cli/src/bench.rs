@@ -24,9 +24,9 @@ Examples:
   subsurf bench car.obj --threads 1 --precision f64
   subsurf bench car.obj --level 5 --rate 16 --json | jq .refine
 
-Cold work begins with lists of faces in memory; warm work has new positions for the same faces. Every time is the median
-of at least 5 runs on all threads, every peak the heap that a cold run takes at most, its result included. Reading the file
-is left out.";
+Cold work begins with lists of faces in memory; warm work has new positions for the same faces, and memory for the result.
+Every time is the median of at least 5 runs on all threads, every peak the heap that a cold run takes at most, its result
+included. Reading the file is left out.";
 
 /// Measure building, refinement, tessellation and evaluation on this machine
 #[derive(Args, Clone, Debug)]
@@ -120,9 +120,7 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     }
     let counts = Counts::of(table.topology()).refined(args.level, input.scheme);
     let counts = counts.map_err(|(level, source)| Failure::Level { name: input.name.clone(), level, source })?;
-    // The levels of the warm runs and those of a cold one.
-    let levels = counts.bytes(3 * size_of::<T>()).saturating_mul(2);
-    memory::check(&input.name, format!("level {}", args.level), levels)?;
+    memory::check(&input.name, format!("level {}", args.level), counts.bytes(3 * size_of::<T>()))?;
     let facets = uniform_bytes(&table, args.rate, size_of::<T>());
     memory::check(&input.name, format!("rate {}", args.rate), facets)?;
     let places = u64::from(args.samples) * (2 * 24 + 9 * size_of::<T>() as u64);
@@ -132,9 +130,10 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     let build_s = median_s(|| lists.clone(), |lists| lists.patch_table());
     bar.inc(1);
 
-    let prepared = lists.clone().levels(args.level).map_err(mesh_error)?;
-    let warm_s = median_s(|| (), |()| prepared.values(&points));
-    drop(prepared);
+    let refinement = lists.clone().refinement(args.level).map_err(mesh_error)?;
+    let mut values = vec![[T::default(); 3]; refinement.vertex_count()];
+    let warm_s = median_s(|| (), |()| refinement.refine_into(&points, &mut values));
+    drop((refinement, values));
     bar.inc(1);
     let (cold, Heap { peak: peak_bytes, .. }) = heap_of(|| lists.clone().refined(args.level, &points));
     let cold = cold.map_err(mesh_error)?;
@@ -142,11 +141,16 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     let cold_s = median_s(|| lists.clone(), |lists| lists.refined(args.level, &points));
     let refine = Cost { cold_s, warm_s, vertices, output_bytes, peak_bytes };
     bar.inc(1);
-    let write_floor_s = median_s(|| (), |()| cold.copy());
-    drop(cold);
+    let mut copy = cold.clone();
+    let write_floor_s = median_s(|| (), |()| cold.copy_into(&mut copy));
+    drop((cold, copy));
     bar.inc(1);
 
-    let warm_s = median_s(|| (), |()| work::tessellated(&table, &points, args.rate));
+    let tessellator = table.surface(&points).tessellator(&work::at_rate(args.rate)).map_err(too_fine)?;
+    let [mut values, mut normals] =
+        [tessellator.point_count(), tessellator.normal_count()].map(|count| vec![[T::default(); 3]; count]);
+    let warm_s = median_s(|| (), |()| tessellator.evaluate_into(&points, &mut values, &mut normals));
+    drop((tessellator, values, normals));
     bar.inc(1);
     let (cold, Heap { peak: peak_bytes, .. }) = heap_of(|| lists.clone().tessellated(args.rate, &points));
     let cold = cold.map_err(mesh_error)?.map_err(too_fine)?;

@@ -8,6 +8,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// The system's allocator with a tally.
 struct Tally;
@@ -63,8 +64,10 @@ pub struct Heap {
     pub kept: u64,
 }
 
-/// What `work` gives, and what heap it needs. Counts what all threads do, so one call at a time.
+/// What `work` gives, and what heap it needs. Counts what all threads do; a second call waits for the first.
 pub fn heap_of<R>(work: impl FnOnce() -> R) -> (R, Heap) {
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     LIVE.store(0, Relaxed);
     PEAK.store(0, Relaxed);
     COUNTS.store(true, Relaxed);

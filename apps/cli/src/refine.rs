@@ -12,7 +12,7 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use subsurf::{Level, MAX_COUNT, MeshError, Method, Scheme, Topology};
+use subsurf::{Level, MAX_COUNT, MeshError, Method, Scheme, Tags, Topology, UniformRefinement};
 use subsurf_io::{Attribute, FaceSizes, OutputMesh};
 
 const EXAMPLES: &str = "\
@@ -80,20 +80,99 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
     memory::check(&input.name, format!("level {}", args.level), bytes)?;
 
     let bar = console.progress("refining", u64::from(args.level) + 1);
-    let (mut level, mut values) = (control, points.clone());
+    let refined = if needs_level(args, common, &control, output) {
+        by_levels(args, input, output, control, &points, console, || bar.inc(1))?
+    } else {
+        at_once(args, input, control, &points)?
+    };
+    let texture = texture.map(|texture| refine_texture(texture, args, input)).transpose()?;
+    output.write_mesh(&OutputMesh {
+        positions: &refined.points,
+        sizes: FaceSizes::Offsets(&refined.face_offsets),
+        corners: &refined.corners,
+        normals: None,
+        texture: texture.as_ref().map(|(corners, values)| Attribute { values, indices: Some(corners) }),
+        tags: Some(&refined.tags),
+    })?;
+    bar.finish_and_clear();
+    if common.json {
+        print_json(&json!({
+            "output": output.name(),
+            "level": args.level,
+            "vertices": refined.points.len(),
+            "edges": refined.edges,
+            "faces": refined.face_offsets.len() - 1,
+            "creases": refined.tags.creases.len(),
+            "corners": refined.tags.corners.len(),
+            "holes": refined.tags.holes.len(),
+            "texture_coordinates": texture.as_ref().map(|(_, values)| values.len()),
+            "seconds": start.elapsed().as_secs_f64(),
+        }))?;
+    }
+    Ok(())
+}
+
+/// What is written of a level.
+struct Refined<T> {
+    points: Vec<[T; 3]>,
+    face_offsets: Vec<u32>,
+    corners: Vec<u32>,
+    edges: usize,
+    tags: Tags,
+}
+
+/// True where the edges of the level, or its sharpness, have a say in what is written.
+fn needs_level(args: &RefineArgs, common: &Common, control: &Level, output: &Output) -> bool {
+    let t = control.topology();
+    // Without sharpness and holes there is none on any level; where edges share their ends, tags cannot say all of it.
+    let tags = carried_tags::of(t);
+    let is_tagged = !(tags.creases.is_empty() && tags.corners.is_empty() && tags.holes.is_empty());
+    let shows_tags = output.keeps_tags() || common.json;
+    args.limit || (shows_tags && (is_tagged || carried_tags::is_odd(t)))
+}
+
+/// Straight to the level.
+fn at_once<T: subsurf::Real>(
+    args: &RefineArgs,
+    input: &Input,
+    control: Level,
+    points: &[[T; 3]],
+) -> Result<Refined<T>, Failure> {
+    let (rules, scheme) = (*control.topology().rules(), control.scheme());
+    let refinement = UniformRefinement::from_topology(control.into_topology(), scheme, args.level)
+        .map_err(|e| input.mesh_error(e))?;
+    Ok(Refined {
+        points: refinement.refine(points),
+        face_offsets: refinement.face_offsets(),
+        corners: refinement.corners(),
+        edges: refinement.edge_count(),
+        tags: Tags { rules, ..Tags::default() },
+    })
+}
+
+/// Level by level.
+fn by_levels<T: subsurf::Real>(
+    args: &RefineArgs,
+    input: &Input,
+    output: &Output,
+    control: Level,
+    points: &[[T; 3]],
+    console: &Console,
+    step: impl Fn(),
+) -> Result<Refined<T>, Failure> {
+    let (mut level, mut values) = (control, points.to_vec());
     for _ in 0..args.level {
         values = level.refine_values(&values);
         level = level.refine().map_err(|e| input.mesh_error(e))?;
         let t = level.topology();
         console.note(&format_args!("level {}: {} vertices, {} faces", level.depth(), t.vertex_count(), t.face_count()));
-        bar.inc(1);
+        step();
     }
     if args.limit {
         let table = subsurf::PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default())
             .map_err(|e| input.mesh_error(e))?;
-        values = table.surface(&points).limit_of_level(&level, &values);
+        values = table.surface(points).limit_of_level(&level, &values);
     }
-    let texture = texture.map(|texture| refine_texture(texture, args, input)).transpose()?;
     let t = level.topology();
     let tags = carried_tags::of(t);
     let merged = if output.keeps_tags() { carried_tags::unsayable(t, &tags) } else { 0 };
@@ -104,50 +183,31 @@ fn refine<T: subsurf::Real + subsurf_io::Real>(
             input.name, args.level
         ));
     }
-    output.write_mesh(&OutputMesh {
-        positions: &values,
-        sizes: FaceSizes::Offsets(t.face_offsets()),
-        corners: t.corners(),
-        normals: None,
-        texture: texture
-            .as_ref()
-            .map(|(level, values)| Attribute { values, indices: Some(level.topology().corners()) }),
-        tags: Some(&tags),
-    })?;
-    bar.finish_and_clear();
-    if common.json {
-        print_json(&json!({
-            "output": output.name(),
-            "level": args.level,
-            "vertices": t.vertex_count(),
-            "edges": t.edge_count(),
-            "faces": t.face_count(),
-            "creases": tags.creases.len(),
-            "corners": tags.corners.len(),
-            "holes": tags.holes.len(),
-            "texture_coordinates": texture.as_ref().map(|(_, values)| values.len()),
-            "seconds": start.elapsed().as_secs_f64(),
-        }))?;
-    }
-    Ok(())
+    let (face_offsets, corners) = (t.face_offsets().to_vec(), t.corners().to_vec());
+    Ok(Refined { points: values, face_offsets, corners, edges: t.edge_count(), tags })
 }
 
-/// Texture coordinates of the level: its topology, whose corners are indices, and the values.
+/// Texture coordinates of the level: one index per corner, and the values.
 fn refine_texture<T: subsurf::Real>(
     texture: Texture<T>,
     args: &RefineArgs,
     input: &Input,
-) -> Result<(Level, Vec<[T; 2]>), Failure> {
-    let (mut level, mut values) = (texture.channel.level(), texture.values.clone());
+) -> Result<(Vec<u32>, Vec<[T; 2]>), Failure> {
+    let channel = &texture.channel;
+    let control = channel.level();
+    if !args.limit {
+        let refinement = UniformRefinement::from_topology(control.into_topology(), channel.scheme(), args.level)
+            .map_err(|e| input.mesh_error(e))?;
+        return Ok((refinement.corners(), refinement.refine(&texture.values)));
+    }
+    let (mut level, mut values) = (control, texture.values.clone());
     for _ in 0..args.level {
         values = level.refine_values(&values);
         level = level.refine().map_err(|e| input.mesh_error(e))?;
     }
-    if args.limit {
-        let table = texture.patch_table(Method::default(), input)?;
-        values = table.surface(&texture.values).limit_of_level(&level, &values);
-    }
-    Ok((level, values))
+    let table = texture.patch_table(Method::default(), input)?;
+    let limit = table.surface(&texture.values).limit_of_level(&level, &values);
+    Ok((level.topology().corners().to_vec(), limit))
 }
 
 /// How large a level is.

@@ -71,13 +71,13 @@ pub use channel::{Channel, ChannelError};
 pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use limit::{
-    Curvature, Derivatives, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind, PatchTable,
-    Spectrum, TableSize,
+    Curvature, Derivatives, EvaluationSize, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind,
+    PatchTable, Spectrum, TableSize,
 };
 pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
 pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
-pub use refine::{Level, UniformRefinement};
+pub use refine::{Level, RefinementSize, UniformRefinement};
 pub use scheme::Scheme;
 pub use shading::{Averaging, Blend, NormalField, Power, ShadingError, ShadingNormals, ShadingOptions};
 pub use stencil::{

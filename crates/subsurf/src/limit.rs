@@ -17,6 +17,7 @@ pub(crate) mod plan;
 mod plan_key;
 
 mod rows;
+mod sampler;
 mod single_crease;
 mod smooth_ring;
 mod special;
@@ -32,7 +33,7 @@ pub(crate) use jet::unit_normal;
 pub use jet::{Curvature, Derivatives, Jet, Location};
 pub(crate) use local_step::child_vertex;
 pub(crate) use patch_table::Known;
-pub use patch_table::{PatchTable, TableSize};
+pub use patch_table::{EvaluationSize, PatchTable, TableSize};
 pub use plan::PatchKind;
 pub(crate) use plan_key::KeyHasher;
 pub(crate) use special::AtVertex;
@@ -73,7 +74,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub fn eval(&self, at: Location) -> Option<Jet<N>> {
-        self.jet(at, 3)
+        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 3)
     }
 
     /// Position, first and second derivatives; none in holes.
@@ -81,7 +82,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn eval_second(&self, at: Location) -> Option<Jet<N>> {
-        self.jet(at, 6)
+        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 6)
     }
 
     /// The point of the limit surface; none in holes.
@@ -92,34 +93,25 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
         let patch = self.table.checked_patch(at);
         let plan = self.table.plan(self.table.patch_plan(patch)?);
         if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
-            let [position] = self.piece_jet(patch, plan, &spot, at);
+            let [position] = self.at_spot(patch, plan, &spot, [at.u, at.v]);
             return Some(position);
         }
         let weights = plan.weights(at.u, at.v, self.table.turn(patch), 1);
         Some(self.apply(patch, &weights.rows[0], true))
     }
 
-    fn jet(&self, at: Location, count: usize) -> Option<Jet<N>> {
-        let patch = self.table.checked_patch(at);
+    /// The jet at parameters of a patch; second derivatives if `count` is 6.
+    fn patch_jet(&self, patch: usize, u: f64, v: f64, count: usize) -> Option<Jet<N>> {
         let plan = self.table.plan(self.table.patch_plan(patch)?);
-        if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
-            let finite = |[position, du, dv]: [[f64; N]; 3], second| Jet {
-                position,
-                du,
-                dv,
-                second,
-                derivatives: Derivatives::Finite,
-                plane: Some([du, dv]),
-                unique_plane: true,
-            };
+        if let Some(spot) = plan.spot(u, v, self.table.turn(patch)) {
             return Some(if count > 3 {
-                let [position, du, dv, uu, uv, vv] = self.piece_jet(patch, plan, &spot, at);
-                finite([position, du, dv], Some([uu, uv, vv]))
+                let [position, du, dv, uu, uv, vv] = self.at_spot(patch, plan, &spot, [u, v]);
+                Jet::regular([position, du, dv], Some([uu, uv, vv]))
             } else {
-                finite(self.piece_jet(patch, plan, &spot, at), None)
+                Jet::regular(self.at_spot(patch, plan, &spot, [u, v]), None)
             });
         }
-        let weights = plan.weights(at.u, at.v, self.table.turn(patch), count);
+        let weights = plan.weights(u, v, self.table.turn(patch), count);
         let row = |k: usize| self.apply(patch, &weights.rows[k], k == 0);
         let (position, du, dv) = (row(0), row(1), row(2));
         let (derivatives, plane, unique_plane) = match &weights.at_vertex {

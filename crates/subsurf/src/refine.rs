@@ -5,22 +5,31 @@
 //! for every parent edge. Edges: those inside parent faces, then the halves of parent edges. Faces: parent by parent,
 //! corner by corner, and under Loop the middle one last.
 
+mod compile;
 mod compose;
 mod face_rings;
 mod next_level;
 mod numbering;
 mod plain;
 mod quad_split;
+mod refined_point;
 mod scatter;
 mod split;
+mod tile;
 mod tile_trees;
 mod tri_split;
 mod uniform;
 mod values;
 
-pub use uniform::UniformRefinement;
+pub(crate) use compose::{Composer, Placed, WeightRows, fill_regular};
+pub(crate) use face_rings::{Ascending, FaceRings, PLAIN, ring_bounds};
+pub(crate) use numbering::{Counts, Numbering, Owner, Region};
+pub(crate) use refined_point::{Parent, refined_point};
+pub(crate) use split::runs_forward;
+pub(crate) use tile_trees::TileTrees;
+pub use uniform::{RefinementSize, UniformRefinement};
 
-pub(crate) use next_level::NextLevel;
+pub(crate) use next_level::{NextHalfEdges, NextLevel};
 
 use crate::index::{Edge, Face, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -56,6 +65,11 @@ impl Level {
     /// The tables of this level.
     pub fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// The tables by themselves.
+    pub fn into_topology(self) -> Topology {
+        self.topology
     }
 
     /// The scheme that refines it.

@@ -2,14 +2,13 @@
 //! to any attribute, whole or only where control points have changed.
 //!
 //! Masks are composed in dense rows over the ring of a control face, once for all faces with equal surroundings, and
-//! then written out as sparse rows.
+//! then written out as sparse rows, straight into their places.
 
 mod csr;
 mod dependents;
-mod groups;
+mod level_by_level;
 mod limit;
 mod limit_rows;
-mod pattern;
 mod refined;
 
 pub use dependents::Dependents;
@@ -17,7 +16,7 @@ pub use limit::{LimitStencilOptions, LimitStencilTable, Orders, Part};
 
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::real::Real;
-use crate::refine::Level;
+use crate::refine::{Level, Parent};
 use csr::Csr;
 use thiserror::Error;
 
@@ -91,7 +90,7 @@ impl<W: Real> StencilTable<W> {
     /// # Errors
     /// As [`StencilTable::new`].
     pub fn with_options(control: &Level, depth: u32, options: &StencilOptions) -> Result<Self, StencilError> {
-        let (rows, weights) = refined::rows(control, depth as usize, options)?;
+        let (rows, weights) = refined::rows(control, depth, options)?;
         Ok(Self { rows, weights })
     }
 
@@ -105,16 +104,13 @@ impl<W: Real> StencilTable<W> {
     /// If there are no levels, or one is not a refinement of the one before.
     pub fn of_levels(levels: &[Level], options: &StencilOptions) -> Result<Self, StencilError> {
         for pair in levels.windows(2) {
-            let (scheme, depth) = (pair[0].scheme(), pair[0].depth() + 1);
-            let vertices = refined::child_vertex_count(&pair[0]);
+            let (t, scheme) = (pair[0].topology(), pair[0].scheme());
+            let expected = (scheme, pair[0].depth() + 1, Parent::count(t, scheme));
             let same = (pair[1].scheme(), pair[1].depth(), pair[1].topology().vertex_count());
-            assert_eq!(same, (scheme, depth, vertices), "a level is the refinement of the one before");
+            assert_eq!(same, expected, "a level is the refinement of the one before");
         }
-        let [parents @ .., last] = levels else { panic!("no levels are given") };
-        let (rows, weights) = match parents {
-            [] => refined::rows(last, 0, options)?,
-            _ => refined::rows_of_levels(parents, options)?,
-        };
+        let control = levels.first().expect("no levels are given");
+        let (rows, weights) = refined::rows(control, levels.len() as u32 - 1, options)?;
         Ok(Self { rows, weights })
     }
 

@@ -28,7 +28,7 @@ pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
 pub(crate) use face_of::FaceOf;
-pub(crate) use raise::{excess, lowered, lowest_semi_sharpness};
+pub(crate) use raise::{Lowest, excess, lowered};
 pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
 pub(crate) use tables::Tables;

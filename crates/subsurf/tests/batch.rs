@@ -82,6 +82,12 @@ fn rows_of_doubles_are_the_jets_and_exceptions_are_special_vertices_and_holes() 
         let surface = table.surface(points);
         let (all, exceptional) = rows::<f64, 6>(table, points, at);
         let (first, fewer) = rows::<f64, 3>(table, points, at);
+        let jets: Vec<_> = at.iter().map(|&at| surface.eval_second(at)).collect();
+        require(surface.eval_many(at) == jets, || "many jets differ from single ones".into())?;
+        let on_singles = single(points);
+        let surface_of_singles = table.surface(&on_singles);
+        let jets: Vec<_> = at.iter().map(|&at| surface_of_singles.eval_second(at)).collect();
+        require(surface_of_singles.eval_many(at) == jets, || "many jets of singles differ from single ones".into())?;
         let (positions, fewest) = rows::<f64, 1>(table, points, at);
         require(exceptional == fewer && fewer == fewest, || "exceptions depend on the orders".into())?;
         let mut expected = Vec::new();
@@ -171,7 +177,7 @@ fn single_precision_costs_a_few_ulps_of_the_ring() {
                 continue;
             }
             let jet = surface.eval(at).unwrap();
-            // Derivatives of magnitude one: the weights grow towards special vertices by less than 2 per depth.
+            // Weights of derivatives grow towards special vertices by less than 2 per depth.
             let depth = (1.0 / at.u.max(at.v).max(1e-9)).max(1.0);
             for (row, (jet, scale)) in row.iter().zip([(jet.position, 1.0), (jet.du, depth), (jet.dv, depth)]) {
                 for c in 0..3 {
@@ -183,4 +189,28 @@ fn single_precision_costs_a_few_ulps_of_the_ring() {
         }
         Ok(())
     });
+}
+
+#[test]
+fn matrices_are_made_once_for_all_faces_of_a_plan() {
+    let per_face: Vec<[f64; 2]> =
+        (0..49).map(|k| [f64::from(k % 7) / 7.0 + 0.05, f64::from(k / 7) / 7.0 + 0.05]).collect();
+    let all = |mesh: &ControlMesh| -> Vec<Location> {
+        (0..mesh.face_count() as u32)
+            .flat_map(|face| per_face.iter().map(move |&[u, v]| Location::new(face, u, v)))
+            .collect()
+    };
+    // Quads round one vertex of valence 5, plain ones and boundaries.
+    let shape = shapes::interior_vertex(5);
+    let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    let at = all(&shape.mesh);
+    rows::<f64, 3>(&table, &shape.positions, &at);
+    let after = table.evaluation_size();
+    // A plan is one piece, or has three for every depth: seven rows of samples reach down to 0.05, so to depth 4.
+    assert!(after.matrices <= 15 * table.size().plans, "{after:?}");
+    rows::<f64, 6>(&table, &shape.positions, &at);
+    table.surface(&shape.positions).eval_many(&at);
+    assert_eq!(table.evaluation_size(), after, "nothing is made twice");
+    rows::<f32, 3>(&table, &single(&shape.positions), &at);
+    assert_eq!(table.evaluation_size().matrices, 2 * after.matrices, "once more in single precision");
 }

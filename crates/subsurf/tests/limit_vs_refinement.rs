@@ -155,6 +155,23 @@ fn creases_one_row_from_boundaries_and_other_creases_are_exact() {
     }
 }
 
+/// Ends of creases, creases through extraordinary vertices, creases of different sharpness that meet and semi-sharp corners,
+/// at both sides of every whole number: the ways down pass the same node as often as the sharpness says.
+#[test]
+fn special_semi_sharp_vertices_are_exact_at_every_sharpness() {
+    for (s, n) in [(1.0, 3), (2.25, 5), (3.0, 3), (9.9, 5)] {
+        let star = shapes::interior_vertex(n);
+        let [first, second, across] = [1, 4, 7];
+        let end = creases(&[(0, first, s)]);
+        let through = creases(&[(0, first, s), (0, across, s)]);
+        let meeting = creases(&[(0, first, s), (0, across, 0.5 * s + 0.125), (0, second, 10.0)]);
+        let corner = Tags { corners: vec![Corner::new(0, s)], ..creases(&[(0, first, 1.75)]) };
+        for (name, tags) in [("end", end), ("through", through), ("meeting", meeting), ("corner", corner)] {
+            check_everywhere(&star.tagged(format!("{name} at valence {n}, sharpness {s}"), tags));
+        }
+    }
+}
+
 #[test]
 #[ignore = "minutes"]
 fn the_limit_is_that_of_refinement_on_many_random_meshes() {

@@ -4,7 +4,7 @@ mod random_mesh;
 
 use random_mesh::{Mesh, for_all, recipe};
 use subsurf::shapes;
-use subsurf::{Channel, ControlMesh, Face, FaceVarying, Level, Real, Scheme, Tags, UniformRefinement};
+use subsurf::{Channel, ControlMesh, Corner, Crease, Face, FaceVarying, Level, Real, Scheme, Tags, UniformRefinement};
 
 type Law = fn(&ControlMesh, &[[f64; 3]], Scheme) -> Result<(), String>;
 
@@ -34,6 +34,28 @@ fn triangulated(mesh: &ControlMesh) -> ControlMesh {
     let faces: Vec<[u32; 3]> = mesh.faces().flat_map(fan).collect();
     let tags = Tags { holes: Vec::new(), ..mesh.tags().clone() };
     ControlMesh::from_counts(mesh.vertex_count(), &vec![3; faces.len()], faces.concat(), tags).unwrap()
+}
+
+/// So many copies of a mesh side by side: groups of faces have as many members each, which makes trees pay at any depth.
+fn copies(mesh: &ControlMesh, points: &[[f64; 3]], count: u32) -> (ControlMesh, Vec<[f64; 3]>) {
+    let vertices = mesh.vertex_count() as u32;
+    let moved = |v: u32| (0..count).map(move |k| v + k * vertices);
+    let sizes: Vec<u32> = mesh.faces().map(|f| f.len() as u32).collect();
+    let corners = (0..count).flat_map(|k| mesh.corners().iter().map(move |&v| v + k * vertices)).collect();
+    let tags = mesh.tags();
+    let crease = |c: &Crease| {
+        moved(0).map(|d| Crease::new(c.vertices[0] + d, c.vertices[1] + d, c.sharpness)).collect::<Vec<_>>()
+    };
+    let corner = |c: &Corner| moved(c.vertex).map(|v| Corner::new(v, c.sharpness)).collect::<Vec<_>>();
+    let tags = Tags {
+        creases: tags.creases.iter().flat_map(crease).collect(),
+        corners: tags.corners.iter().flat_map(corner).collect(),
+        holes: Vec::new(),
+        rules: tags.rules,
+    };
+    let copy =
+        ControlMesh::from_counts(mesh.vertex_count() * count as usize, &sizes.repeat(count as usize), corners, tags);
+    (copy.unwrap(), points.repeat(count as usize))
 }
 
 fn require(ok: bool, what: impl Fn() -> String) -> Result<(), String> {
@@ -83,6 +105,43 @@ fn one_step_is_refinement_level_by_level() {
         }
         Ok(())
     });
+}
+
+#[test]
+fn trees_of_shared_groups_are_refinement_at_any_depth() {
+    everywhere(25, |mesh, points, scheme| {
+        // A level has at least twice as many vertices as the control mesh faces.
+        let (mesh, points) = copies(mesh, points, 40);
+        for depth in 1..=2 {
+            let refinement = UniformRefinement::new(&mesh, scheme, depth).unwrap();
+            let size = refinement.size();
+            require(size.nodes >= size.groups && size.groups + size.regular_faces > 0, || format!("{size:?}"))?;
+            check(&Level::new(&mesh, scheme).unwrap(), &points, depth, 1e-14)?;
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn the_work_of_a_plan_grows_with_the_kinds_of_faces_and_not_with_their_number() {
+    let size = |n: u32, depth: u32| {
+        let grid = shapes::grid(n, n);
+        let refinement = UniformRefinement::new(&grid.mesh, Scheme::CatmullClark, depth).unwrap();
+        let (points, faces) = (refinement.refine(&grid.positions), refinement.control().face_count());
+        assert_eq!(points.len(), ((n << depth) as usize + 1).pow(2));
+        (refinement.size(), faces)
+    };
+    let ((small, _), (large, faces)) = (size(12, 4), size(40, 4));
+    // Corners, sides and what lies next to them, each in four turns.
+    assert_eq!((small.groups, small.nodes), (large.groups, large.nodes));
+    assert!(large.groups <= 16, "{large:?}");
+    assert_eq!(large.regular_faces, 38 * 38);
+    assert_eq!(small.tree_bytes, large.tree_bytes);
+    // Sixteen points and two numbers for every face.
+    assert!(large.ring_bytes <= 4 * 18 * faces + 100, "{large:?}");
+    // Below the first two levels nothing new appears: each level has as many nodes as the one before.
+    let nodes = |depth: u32| size(12, depth).0.nodes as i64;
+    assert_eq!(nodes(7) - nodes(6), nodes(6) - nodes(5));
 }
 
 #[test]

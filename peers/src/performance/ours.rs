@@ -62,33 +62,37 @@ pub fn apply_stencils(table: &StencilTable<f32>, control: &[[f32; 3]], out: &mut
 
 /// A tessellation from a table and positions.
 pub fn tessellate(table: &PatchTable, control: &[[f32; 3]], rate: u32, normals: bool) -> Tessellation<f32> {
-    let options = TessellateOptions { rates: Rates::Uniform(rate), normals, ..TessellateOptions::default() };
-    table.surface(control).tessellate(&options).expect(FITS)
+    table.surface(control).tessellate(&options(rate, normals)).expect(FITS)
+}
+
+fn options(rate: u32, normals: bool) -> TessellateOptions {
+    TessellateOptions { rates: Rates::Uniform(rate), normals, ..TessellateOptions::default() }
 }
 
 /// Points and normals of a tessellation.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Samples {
     pub points: Vec<[f32; 3]>,
     pub normals: Vec<[f32; 3]>,
 }
 
 /// What stays when positions change.
-pub struct Tessellator<'a> {
-    table: &'a PatchTable,
-    rate: u32,
-    normals: bool,
-}
+pub struct Tessellator<'a>(subsurf::Tessellator<'a, f32>);
 
 impl<'a> Tessellator<'a> {
-    pub fn new(table: &'a PatchTable, rate: u32, normals: bool) -> Self {
-        Self { table, rate, normals }
+    pub fn new(table: &'a PatchTable, control: &'a [[f32; 3]], rate: u32, normals: bool) -> Self {
+        Self(table.surface(control).tessellator(&options(rate, normals)).expect(FITS))
+    }
+
+    /// Room for what is evaluated.
+    pub fn samples(&self) -> Samples {
+        let [points, normals] = [self.0.point_count(), self.0.normal_count()].map(|n| vec![[0.0; 3]; n]);
+        Samples { points, normals }
     }
 
     /// Points and normals from new control points, over what was there.
     pub fn update(&self, control: &[[f32; 3]], out: &mut Samples) {
-        let made = tessellate(self.table, control, self.rate, self.normals);
-        *out = Samples { points: made.positions, normals: made.normals };
+        self.0.evaluate_into(control, &mut out.points, &mut out.normals);
     }
 }
 

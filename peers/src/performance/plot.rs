@@ -47,7 +47,7 @@ pub fn creases(records: &[Record]) -> String {
         areas.iter().zip(panels).enumerate().try_for_each(|(i, (area, (title, what, unit)))| {
             let end = format!(": {what}");
             let chosen = records.iter().filter(|r| r.section == "creases" && r.what.ends_with(&end));
-            against_sharpness(area, title, unit, &chosen.collect::<Vec<_>>(), i == 0)
+            against_sharpness(area, title, unit, &chosen.collect::<Vec<_>>(), i == 2)
         })
     })
 }
@@ -151,8 +151,8 @@ fn against_sharpness<'a>(area: &Area<'a>, title: &str, unit: &str, records: &[&R
     };
     let sharpness = |record: &Record| record.what.split(':').next().and_then(|s| s.parse::<f64>().ok());
     let lines = [
-        (FAR_10, VERMILION, "feature-adaptive"),
-        (FAR_10_SINGLE, ORANGE, "with single-crease patches"),
+        (FAR_CREASES, VERMILION, "feature-adaptive"),
+        (FAR_SINGLE, ORANGE, "with single-crease patches"),
         (OURS, BLUE, "ours"),
     ];
     let points = |name: &str| -> Vec<(f64, f64)> {

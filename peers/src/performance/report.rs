@@ -65,6 +65,7 @@ called absent.
 - **Writing the output** is the floor: the time to write as many numbers, with nothing to compute, to fresh memory (cold)
   or memory used before (warm).
 - Results are compared with ours first; a remark names a difference beyond rounding.
+- Random places are 16 a face on average.
 - `cage_…` are tori of quads with 6 % of extraordinary vertices of valence 3, 5 and 6, made by the program.
 ";
 

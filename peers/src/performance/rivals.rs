@@ -12,8 +12,8 @@ pub mod name {
     pub const FAR: &str = "OpenSubdiv Far";
     pub const FAR_4: &str = "Far, isolation 4";
     pub const FAR_6: &str = "Far, isolation 6";
-    pub const FAR_10: &str = "Far, isolation 10";
-    pub const FAR_10_SINGLE: &str = "Far, single-crease patches";
+    pub const FAR_CREASES: &str = "Far, feature-adaptive";
+    pub const FAR_SINGLE: &str = "Far, single-crease patches";
     pub const OSD: &str = "Osd, batches";
     pub const OSD_XYZ: &str = "Osd stencils, xyz";
     pub const OSD_XYZW: &str = "Osd stencils, xyzw";

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use subsurf::{
-    ControlMesh, Face, Level, LimitSurface, Location, MeshError, PatchTable, Rates, Real, Scheme, Tags,
-    TessellateError, TessellateOptions, Tessellation,
+    ControlMesh, Face, LimitSurface, Location, MeshError, PatchTable, Rates, Real, Scheme, Tags, TessellateError,
+    TessellateOptions, Tessellation, UniformRefinement,
 };
 
 /// Where cold work begins: faces as arrays in memory.
@@ -42,26 +42,15 @@ impl FaceLists {
     }
 
     /// What is kept to refine new positions.
-    pub fn levels(self, depth: u32) -> Result<Levels, MeshError> {
+    pub fn refinement(self, depth: u32) -> Result<UniformRefinement, MeshError> {
         let scheme = self.scheme;
-        let mut levels = vec![Level::new(&self.control_mesh()?, scheme)?];
-        for _ in 0..depth {
-            levels.push(levels[levels.len() - 1].refine()?);
-        }
-        levels.pop();
-        Ok(Levels(levels))
+        UniformRefinement::new(&self.control_mesh()?, scheme, depth)
     }
 
     /// Positions and faces of a level.
     pub fn refined<T: Real>(self, depth: u32, points: &[[T; 3]]) -> Result<RefinedMesh<T>, MeshError> {
-        let scheme = self.scheme;
-        let mut level = Level::new(&self.control_mesh()?, scheme)?;
-        let mut positions = points.to_vec();
-        for _ in 0..depth {
-            positions = level.refine_values(&positions);
-            level = level.refine()?;
-        }
-        Ok(RefinedMesh { positions, corners: level.topology().corners().to_vec() })
+        let refinement = self.refinement(depth)?;
+        Ok(RefinedMesh { positions: refinement.refine(points), corners: refinement.corners() })
     }
 
     /// Positions, normals and faces of a tessellation.
@@ -70,25 +59,12 @@ impl FaceLists {
         rate: u32,
         points: &[[T; 3]],
     ) -> Result<Result<Tessellation<T>, TessellateError>, MeshError> {
-        Ok(tessellated(&self.patch_table()?, points, rate))
-    }
-}
-
-/// All levels but the last.
-pub struct Levels(Vec<Level>);
-
-impl Levels {
-    /// Positions of the last level.
-    pub fn values<T: Real>(&self, points: &[[T; 3]]) -> Vec<[T; 3]> {
-        let mut values = points.to_vec();
-        for level in &self.0 {
-            values = level.refine_values(&values);
-        }
-        values
+        Ok(self.patch_table()?.surface(points).tessellate(&at_rate(rate)))
     }
 }
 
 /// A refined mesh; all its faces have four corners (three under Loop).
+#[derive(Clone)]
 pub struct RefinedMesh<T> {
     pub positions: Vec<[T; 3]>,
     corners: Vec<u32>,
@@ -99,26 +75,23 @@ impl<T: Real> RefinedMesh<T> {
         (size_of_val(&self.positions[..]) + size_of_val(&self.corners[..])) as u64
     }
 
-    /// Writes it all once, into new memory: nothing that makes such a mesh can take less time.
-    pub fn copy(&self) -> Self {
-        let mut out = Self { positions: Vec::new(), corners: Vec::new() };
-        self.positions.par_iter().with_min_len(SHARE).copied().collect_into_vec(&mut out.positions);
-        self.corners.par_iter().with_min_len(SHARE).copied().collect_into_vec(&mut out.corners);
-        out
+    /// Writes it all into `out`, which has its lengths: nothing that makes such a mesh can take less time.
+    pub fn copy_into(&self, out: &mut Self) {
+        copy(&self.positions, &mut out.positions);
+        copy(&self.corners, &mut out.corners);
     }
 }
 
-/// Elements that a thread takes at least.
-const SHARE: usize = 4096;
+fn copy<V: Copy + Send + Sync>(from: &[V], to: &mut [V]) {
+    to.par_chunks_mut(SHARE).zip(from.par_chunks(SHARE)).for_each(|(to, from)| to.copy_from_slice(from));
+}
 
-/// The limit surface at a uniform rate, with normals.
-pub fn tessellated<T: Real>(
-    table: &PatchTable,
-    points: &[[T; 3]],
-    rate: u32,
-) -> Result<Tessellation<T>, TessellateError> {
-    let options = TessellateOptions { rates: Rates::Uniform(rate), ..TessellateOptions::default() };
-    table.surface(points).tessellate(&options)
+/// Elements that a thread takes at a time.
+const SHARE: usize = 1 << 14;
+
+/// A uniform rate, with normals.
+pub fn at_rate(rate: u32) -> TessellateOptions {
+    TessellateOptions { rates: Rates::Uniform(rate), ..TessellateOptions::default() }
 }
 
 pub fn tessellation_bytes<T>(mesh: &Tessellation<T>) -> u64 {
@@ -169,9 +142,5 @@ fn random(state: &mut u64) -> f64 {
 
 /// Positions and first derivatives at places.
 pub fn evaluate<T: Real>(surface: &LimitSurface<'_, T, 3>, places: &[Location], out: &mut [[[T; 3]; 3]]) {
-    out.par_iter_mut().zip(places).with_min_len(256).for_each(|(out, &at)| {
-        if let Some(jet) = surface.eval(at) {
-            *out = [jet.position, jet.du, jet.dv].map(|row| row.map(T::from_f64));
-        }
-    });
+    surface.eval_into(places, out);
 }

@@ -36,15 +36,7 @@ pub fn of(t: &Topology) -> Tags {
 /// Number of edges that are sharper or smoother when the faces of `t` are read again with `tags`: edges between the same
 /// two vertices become one there, and so do the halves of winding conflicts.
 pub fn unsayable(t: &Topology, tags: &Tags) -> usize {
-    // Only non-manifold edges and, under Loop, interior vertices of two faces make such edges.
-    let (mut faces_at, mut open) = (vec![0u32; t.vertex_count()], vec![false; t.vertex_count()]);
-    t.corners().iter().for_each(|&v| faces_at[v as usize] += 1);
-    let edges = || (0..t.edge_count()).map(Edge::new);
-    for e in edges().filter(|&e| t.is_boundary(e)) {
-        t.edge_vertices(e).iter().for_each(|v| open[v.index()] = true);
-    }
-    let is_odd = faces_at.iter().zip(&open).any(|(&faces, &open)| faces == 2 && !open);
-    if !is_odd && !edges().any(|e| t.is_non_manifold_edge(e)) {
+    if !is_odd(t) {
         return 0;
     }
     let sizes: Vec<u32> = t.face_offsets().windows(2).map(|w| w[1] - w[0]).collect();
@@ -58,6 +50,18 @@ pub fn unsayable(t: &Topology, tags: &Tags) -> usize {
         differs[t.edge(h).index()] |= !same;
     }
     differs.into_iter().filter(|&d| d).count()
+}
+
+/// True where some edges of this level, or of those below it, may share both their ends: only non-manifold edges and, under
+/// Loop, interior vertices of two faces make such edges.
+pub fn is_odd(t: &Topology) -> bool {
+    let (mut faces_at, mut open) = (vec![0u32; t.vertex_count()], vec![false; t.vertex_count()]);
+    t.corners().iter().for_each(|&v| faces_at[v as usize] += 1);
+    let edges = || (0..t.edge_count()).map(Edge::new);
+    for e in edges().filter(|&e| t.is_boundary(e)) {
+        t.edge_vertices(e).iter().for_each(|v| open[v.index()] = true);
+    }
+    faces_at.iter().zip(&open).any(|(&faces, &open)| faces == 2 && !open) || edges().any(|e| t.is_non_manifold_edge(e))
 }
 
 #[cfg(test)]

@@ -12,8 +12,10 @@ use crate::real::Real;
 /// Weights of position, first and second derivative at `t` in `[0, 1]` over four consecutive control points.
 #[inline(always)]
 pub(crate) fn cubic<T: Real>(t: T) -> [[T; 4]; 3] {
-    let [sixth, half, two_thirds, one, three_halves, two, three] =
-        [1.0 / 6.0, 0.5, 2.0 / 3.0, 1.0, 1.5, 2.0, 3.0].map(T::from_f64);
+    // Constants one by one: closures are not compiled for the machine's own vectors.
+    let (sixth, half, two_thirds, one) =
+        (T::from_f64(1.0 / 6.0), T::from_f64(0.5), T::from_f64(2.0 / 3.0), T::from_f64(1.0));
+    let (three_halves, two, three) = (T::from_f64(1.5), T::from_f64(2.0), T::from_f64(3.0));
     let s = one - t;
     let (t2, s2) = (t * t, s * s);
     [

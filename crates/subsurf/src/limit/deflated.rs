@@ -7,13 +7,15 @@
 //!   R = (A - 1 lᵀ) / λ,     A^m = 1 lᵀ + λ^m R^m   (m ≥ 1)
 //! ```
 //!
-//! `R^m` is a product of at most eleven stored matrices `R^(2^k)`. There are no eigenvectors, Jordan blocks or
+//! `R^m` is a product of at most eleven stored matrices `R^(2^k)`, each made when it is first needed: what is tessellated
+//! needs two or three. There are no eigenvectors, Jordan blocks or
 //! tolerances; positions and first derivatives are accurate to rounding at every depth, because neither the constant
 //! part nor the factor `λ^m` ever mixes with the rest. Above [`DENSE_LIMIT`] points the powers are not stored: one
 //! sparse step costs `7 K`, and `m` of them undercut a few dense products of `K²`; deep locations there go by the
 //! eigenbasis instead (see [`special`](super::special)).
 
 use super::rows::Rows;
+use std::sync::OnceLock;
 
 /// Most points for which powers are stored. Larger: a pole of valence `n` costs `n³` to build; smaller: evaluation next
 /// to valence 20 takes time proportional to the depth. Chosen on `shapes::interior_vertex(n)`, where the two cost the
@@ -30,27 +32,26 @@ pub(crate) struct DeflatedPowers {
     pub scale: f64,
     /// What is taken out of `A`: `(w, r, l)`, eigenvalue and its right and left eigenvectors with `l·r = 1`.
     modes: Vec<(f64, Vec<f64>, Vec<f64>)>,
-    powers: Option<Vec<Vec<f64>>>,
+    /// `R^(2^k)` where powers are stored at all, from the first need on.
+    powers: Option<Box<[OnceLock<Vec<f64>>; BITS]>>,
 }
 
 impl DeflatedPowers {
     pub fn new(a: &Rows, scale: f64, modes: Vec<(f64, Vec<f64>, Vec<f64>)>) -> Self {
-        let mut deflated = Self { scale, modes, powers: None };
+        let powers = (a.len() <= DENSE_LIMIT).then(Box::default);
+        Self { scale, modes, powers }
+    }
+
+    /// `R^(2^bit)`.
+    fn power<'a>(&self, a: &Rows, powers: &'a [OnceLock<Vec<f64>>; BITS], bit: usize) -> &'a [f64] {
         let k = a.len();
-        if k <= DENSE_LIMIT {
-            let mut r = vec![0.0; k * k];
-            for i in 0..k {
-                let mut unit = vec![0.0; k];
-                unit[i] = 1.0;
-                r[i * k..(i + 1) * k].copy_from_slice(&deflated.sparse_step(a, &unit));
+        powers[bit].get_or_init(|| {
+            if bit > 0 {
+                return square(self.power(a, powers, bit - 1), k);
             }
-            let mut powers = vec![r];
-            for _ in 1..BITS {
-                powers.push(square(&powers[powers.len() - 1], k));
-            }
-            deflated.powers = Some(powers);
-        }
-        deflated
+            let unit = |i: usize| (0..k).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
+            (0..k).flat_map(|i| self.sparse_step(a, &unit(i))).collect()
+        })
     }
 
     /// True where powers are stored, and a depth costs at most eleven products.
@@ -79,7 +80,8 @@ impl DeflatedPowers {
             return;
         };
         let k = row.len();
-        for (_, power) in powers.iter().enumerate().filter(|(bit, _)| m >> bit & 1 == 1) {
+        for bit in (0..BITS).filter(|bit| m >> bit & 1 == 1) {
+            let power = self.power(a, powers, bit);
             let mut out = vec![0.0; k];
             for (w, line) in row.iter().zip(power.chunks_exact(k)) {
                 if *w != 0.0 {
@@ -90,10 +92,11 @@ impl DeflatedPowers {
         }
     }
 
-    /// Heap memory in bytes.
+    /// Heap memory in bytes, by now.
     pub fn bytes(&self) -> usize {
         let modes: usize = self.modes.iter().map(|m| 8 * (m.1.len() + m.2.len())).sum();
-        modes + self.powers.iter().flatten().map(|p| 8 * p.len()).sum::<usize>()
+        let powers = self.powers.iter().flat_map(|powers| powers.iter());
+        modes + powers.map(|p| size_of_val(p) + p.get().map_or(0, |p| 8 * p.len())).sum::<usize>()
     }
 }
 

@@ -48,15 +48,18 @@ impl Gathered {
         size.check(patches)?;
 
         let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
-        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
-        let (direct, mut others) = ring.split_at_mut(size.direct);
-        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct };
+        let (mut ring_start, mut ring) = (vec![0; patches], Vec::with_capacity(size.direct + size.others));
+        ring.resize(size.direct, 0);
+        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct: &mut ring };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
         let mut met: Vec<Met> =
             chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &fans, own)).collect();
 
         let (mut representatives, mut known) = (Vec::new(), Keys::default());
         let mut end = size.direct;
+        let chunks: Vec<_> = chunks.into_iter().map(|chunk| (chunk.plan, chunk.start)).collect();
+        ring.resize(size.direct + met.iter().map(|chunk| chunk.ring.len()).sum::<usize>(), 0);
+        let mut others = &mut ring[size.direct..];
         let mut rest = Vec::with_capacity(met.len());
         for chunk in &mut met {
             let plans: Vec<u32> =
@@ -69,12 +72,11 @@ impl Gathered {
         if end > MAX_COUNT {
             return Err(MeshError::TooLarge { what: "control points in rings", count: end, limit: MAX_COUNT });
         }
-        chunks.into_par_iter().zip(met).zip(rest).for_each(|((chunk, met), (base, plans, others))| {
-            chunk.plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = plans[*plan as usize]);
-            met.walked.iter().for_each(|&patch| chunk.start[patch as usize] += base as u32);
+        chunks.into_par_iter().zip(met).zip(rest).for_each(|(((plan, start), met), (base, plans, others))| {
+            plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = plans[*plan as usize]);
+            met.walked.iter().for_each(|&patch| start[patch as usize] += base as u32);
             others.copy_from_slice(&met.ring);
         });
-        ring.truncate(end);
         ring.shrink_to_fit();
         Ok(Self { patch_plan, patch_turn, ring_start, ring, representatives, known })
     }
@@ -95,7 +97,8 @@ fn faces_of(t: &Topology, chunk: usize) -> Range<usize> {
     chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())
 }
 
-/// The faces at a vertex: how many, and whether it is *smooth*, an interior manifold vertex of quads with nothing sharp.
+/// The faces at a vertex: at a *smooth* one, an interior manifold vertex of quads with nothing sharp, how many; at others how
+/// many vertices they have beside it, at most.
 #[derive(Clone, Copy)]
 pub(super) struct Fan(u32);
 
@@ -113,9 +116,11 @@ impl Fan {
                 .zip(&mut fans)
                 .filter(|(non_manifold, _)| **non_manifold)
                 .for_each(|f| *f.1 = Self(0));
-            for &v in t.corners() {
-                if t.vertex_non_manifold[v as usize] {
-                    fans[v as usize].0 += 1;
+            for f in (0..t.face_count()).map(Face::new) {
+                for &v in t.face_vertices(f) {
+                    if t.vertex_non_manifold[v as usize] {
+                        fans[v as usize].0 += t.sides(f) as u32 - 1;
+                    }
                 }
             }
         }
@@ -125,14 +130,16 @@ impl Fan {
     /// The fan that starts at the vertex' leading half-edge.
     #[inline]
     pub fn of(t: &Topology, v: Vertex) -> Self {
-        let (mut faces, mut quads) = (0, true);
+        let (mut faces, mut points, mut quads) = (0, 0, true);
         let closed = t.walk_fan(v, |h| {
+            let sides = t.sides(t.face(h)) as u32;
             faces += 1;
-            quads &= t.sides(t.face(h)) == 4;
+            points += sides - 2;
+            quads &= sides == 4;
         });
         let smooth = t.vertex_sharpness(v) == 0.0 && t.sharp_edges(v).is_empty() && t.foreign_sharpness(v).is_empty();
         let smooth = closed && quads && smooth && !t.vertex_non_manifold[v.index()];
-        Self(faces | if smooth { Self::SMOOTH } else { 0 })
+        Self(if smooth { faces | Self::SMOOTH } else { points + u32::from(!closed) })
     }
 
     /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
@@ -142,8 +149,10 @@ impl Fan {
         (self.0 & Self::SMOOTH != 0 && VALENCES.contains(&valence)).then_some(valence as u8)
     }
 
-    fn faces(self) -> usize {
-        (self.0 & !Self::SMOOTH) as usize
+    /// Vertices of the faces but the one in the middle, at most.
+    fn points(self) -> usize {
+        let count = (self.0 & !Self::SMOOTH) as usize;
+        if self.0 & Self::SMOOTH != 0 { 2 * count } else { count }
     }
 }
 
@@ -169,9 +178,11 @@ impl Size {
         if let Some(valences) = valences(whole, fans, corners) {
             return Self { direct: smooth_ring::points(valences), others: 0 };
         }
-        // A face at a vertex adds at most its corners but two to the ring; n-gons have n patches.
-        let ring = corners.iter().map(|&v| 2 * fans[v as usize].faces()).sum::<usize>();
-        Self { direct: 0, others: if corners.len() == whole { ring } else { corners.len() * ring } }
+        // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
+        let own = corners.len();
+        let beyond = |&v: &u32| (fans[v as usize].points() + 2).saturating_sub(own);
+        let ring = own + corners.iter().map(beyond).sum::<usize>();
+        Self { direct: 0, others: if own == whole { ring } else { own * ring } }
     }
 
     /// Refuses meshes whose rings would not fit into memory, before any is made.
@@ -201,26 +212,26 @@ fn valences(whole: usize, fans: &[Fan], corners: &[u32]) -> Option<Valences> {
 }
 
 /// Tables per patch, and the rings that are read directly.
-struct Lists<'a> {
+struct Lists<'a, 'r> {
     plan: &'a mut [u32],
     turn: &'a mut [u8],
     start: &'a mut [u32],
-    direct: &'a mut [u32],
+    direct: &'r mut [u32],
 }
 
 /// Some faces, and their part of the tables.
-struct Chunk<'a> {
+struct Chunk<'a, 'r> {
     faces: Range<usize>,
     /// Where its rings start that are read directly.
     base: usize,
     plan: &'a mut [u32],
     turn: &'a mut [u8],
     start: &'a mut [u32],
-    direct: &'a mut [u32],
+    direct: &'r mut [u32],
 }
 
-impl<'a> Lists<'a> {
-    fn chunks(self, t: &Topology, face_patch: &[u32], sizes: &[Size]) -> Vec<Chunk<'a>> {
+impl<'a, 'r> Lists<'a, 'r> {
+    fn chunks(self, t: &Topology, face_patch: &[u32], sizes: &[Size]) -> Vec<Chunk<'a, 'r>> {
         let Self { mut plan, mut turn, mut start, mut direct } = self;
         let mut base = 0;
         let cut = |(chunk, size): (usize, &Size)| {
@@ -267,7 +278,7 @@ struct Smooth {
 
 type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
 
-impl Chunk<'_> {
+impl Chunk<'_, '_> {
     fn gather(&mut self, t: &Topology, whole: usize, fans: &[Fan], scratch: &mut Scratch) -> Met {
         let (mut met, mut known) = (Met::default(), Keys::default());
         let mut smooth = SmoothPlans::default();

@@ -78,6 +78,14 @@ pub struct Curvature {
     pub mean: f64,
 }
 
+impl<const N: usize> Jet<N> {
+    /// Where the surface is regular: the derivatives are what they are and span the tangent plane.
+    pub(super) fn regular([position, du, dv]: [[f64; N]; 3], second: Option<[[f64; N]; 3]>) -> Self {
+        let derivatives = Derivatives::Finite;
+        Self { position, du, dv, second, derivatives, plane: Some([du, dv]), unique_plane: true }
+    }
+}
+
 impl Jet<3> {
     /// The unit normal, `∂u × ∂v` on faces that are seen counter-clockwise; none where the surface has no tangent plane.
     pub fn normal(&self) -> Option<[f64; 3]> {

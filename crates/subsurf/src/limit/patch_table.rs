@@ -59,10 +59,20 @@ pub struct TableSize {
     pub special_vertices: usize,
     /// Bytes of what grows with the mesh: plan numbers and rings.
     pub patch_bytes: usize,
-    /// Bytes of plans and special vertices.
+    /// Bytes of plans and special vertices; these grow a little when locations deep at them are first evaluated.
     pub plan_bytes: usize,
     /// Bytes of the topology that the table keeps.
     pub topology_bytes: usize,
+}
+
+/// What evaluation has tabulated so far: see [`PatchTable::evaluation_size`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub struct EvaluationSize {
+    /// Matrices made: one per sub-patch of a plan and precision that a location was met in.
+    pub matrices: usize,
+    /// Bytes of those that are kept.
+    pub bytes: usize,
 }
 
 impl PatchTable {
@@ -170,12 +180,18 @@ impl PatchTable {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub(crate) fn checked_patch(&self, at: Location) -> usize {
-        let inside = |x: f64| (0.0..=1.0).contains(&x);
-        assert!(inside(at.u) && inside(at.v), "parameters ({}, {}) lie outside [0, 1]", at.u, at.v);
-        // The sum of two parameters on the third side may round up.
-        let beyond = self.scheme.split() == SplitKind::Triangles && at.u + at.v > 1.0 + 4.0 * f64::EPSILON;
-        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", at.u, at.v);
+        self.check_parameters(at.u, at.v);
         self.patch(at.face, at.subface)
+    }
+
+    /// Panics where parameters lie outside a face.
+    #[inline]
+    pub(crate) fn check_parameters(&self, u: f64, v: f64) {
+        let inside = |x: f64| (0.0..=1.0).contains(&x);
+        assert!(inside(u) && inside(v), "parameters ({}, {}) lie outside [0, 1]", u, v);
+        // The sum of two parameters on the third side may round up.
+        let beyond = self.scheme.split() == SplitKind::Triangles && u + v > 1.0 + 4.0 * f64::EPSILON;
+        assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", u, v);
     }
 
     /// Where the corner at the start of `h` lies in the face of `h`.
@@ -232,6 +248,13 @@ impl PatchTable {
         let Some(plan) = self.patch_plan(patch) else { return &[] };
         let start = self.ring_start[patch] as usize;
         &self.ring[start..start + self.plan(plan).ring()]
+    }
+
+    /// Matrices that evaluation made when it first met the sub-patches of a plan, all faces and threads together; at most
+    /// 128 MiB are kept.
+    pub fn evaluation_size(&self) -> EvaluationSize {
+        let parts = self.plans.sub_patches();
+        EvaluationSize { matrices: parts.made(), bytes: parts.bytes() }
     }
 
     /// Counts and memory.

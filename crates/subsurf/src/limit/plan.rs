@@ -26,11 +26,11 @@ use super::rows::Rows;
 use super::single_crease;
 use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
 use super::triangle_crease::TriangleCrease;
-use super::turn::{turn_back_quad, turn_back_triangle, turned_quad, turned_triangle};
+use super::turn::{turn_back_quad, turn_back_triangle, turned};
 use crate::scheme::SplitKind;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
-pub(crate) use sub_patches::{ControlPoints, Pose, Spot, SubPatch, SubPatches};
+pub(crate) use sub_patches::{ControlPoints, Fine, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
@@ -163,7 +163,12 @@ impl Plans {
         Plan { plans: self, number: plan, start: self.plans[plan] }
     }
 
-    /// Heap memory in bytes, shared special vertices left out.
+    /// What evaluation has tabulated.
+    pub fn sub_patches(&self) -> &SubPatches {
+        &self.parts
+    }
+
+    /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
         let child = |child: &Child| size_of::<Child>() + size_of_val(&child.ring[..]);
         let body = |node: &Node| match &node.body {
@@ -192,14 +197,13 @@ struct Place {
 }
 
 impl Place {
+    #[inline]
     fn turned(self, split: SplitKind, turn: u8) -> (f64, f64) {
-        match split {
-            SplitKind::Quads => turned_quad(self.u, self.v, turn),
-            SplitKind::Triangles => turned_triangle(self.u, self.v, turn),
-        }
+        turned(split, self.u, self.v, turn)
     }
 
     /// The child that holds the place, and the place in it: parameters keep the face's orientation.
+    #[inline]
     fn descend(self, split: SplitKind) -> (usize, Self) {
         let (u, v) = (self.u, self.v);
         let (child, u, v, flip) = match (split, u >= 0.5, v >= 0.5) {

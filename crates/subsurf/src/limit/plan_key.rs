@@ -14,11 +14,15 @@ pub(super) type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
 /// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
 /// differ by a turn alone share a plan. Ties go to the first. Raising all finite sharpness by a whole number changes nothing.
 pub(super) fn canonical_corner(t: &impl Tables, face: Face) -> usize {
+    canonical_corner_lowered(t, face, excess(t, face))
+}
+
+/// The same where the face's [`excess`] is known.
+pub(super) fn canonical_corner_lowered(t: &impl Tables, face: Face, excess: u8) -> usize {
     let sides = t.sides(face);
     let mut sign = [0; 4];
-    let excess = excess(t, face) as i8;
     for (c, s) in sign.iter_mut().enumerate().take(sides) {
-        *s = corner_signature(t, t.half_edge(face, c), excess);
+        *s = corner_signature(t, t.half_edge(face, c), excess as i8);
     }
     if sign[1..sides].iter().all(|&s| s == sign[0]) {
         return 0;

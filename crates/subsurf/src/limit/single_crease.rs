@@ -27,7 +27,9 @@ use super::bspline::cubic;
 /// Three segments: infinitely sharp up to `1 - 2^-floor(s)`, a transition up to `1 - 2^-ceil(s)`, smooth beyond.
 pub(crate) fn curve(d: f64, s: f64) -> [[f64; 4]; 3] {
     let (k, points) = piece(s, piece_at(d, s));
-    segment(d, k, &points)
+    let mut weights = segment(d, k, &points);
+    weights[0][2] += 1.0;
+    weights
 }
 
 /// Number of the segment at distance `d`: 0, 1, 2 towards the crease.
@@ -40,13 +42,13 @@ pub(crate) fn joints(s: f64) -> [f64; 2] {
     [(-s.floor()).exp2(), (-s.ceil()).exp2()]
 }
 
-/// The level `k` of a segment, and its control points there, in which the parameter is `1 - 2^k d`.
+/// The level `k` of a segment, and its control points there less `P2`, in which the parameter is `1 - 2^k d`.
 pub(crate) fn piece(s: f64, number: usize) -> (i32, Points) {
     let (low, high) = (s.floor(), s.ceil());
     let w = s - low;
     let at_low = sharp_steps(low as i32);
     match number {
-        0 => (0, infinite()),
+        0 => (0, compose(&infinite(), &sharp_steps(0))),
         1 => (low as i32, blend(1.0 - w, &at_low, w, &compose(&infinite(), &at_low))),
         _ if low == high => (high as i32, at_low),
         _ => {
@@ -56,7 +58,8 @@ pub(crate) fn piece(s: f64, number: usize) -> (i32, Points) {
     }
 }
 
-/// Four control points as combinations of the original four.
+/// Four control points less `P2` as combinations of the original four. What holds for points holds for these: rows of all
+/// steps sum to one.
 pub(crate) type Points = [[f64; 4]; 4];
 
 /// Evaluates the curve with control points `points`, which are those of level `k` next to the crease.
@@ -73,16 +76,11 @@ fn segment(d: f64, k: i32, points: &Points) -> [[f64; 4]; 3] {
     weights
 }
 
-/// `R_p^k`: `k` sharp steps towards the crease.
+/// `R_p^k P - P2`: after `k` sharp steps towards the crease.
 fn sharp_steps(k: i32) -> Points {
     let q = 2f64.powi(-k);
     let q3 = q * q * q;
-    [
-        [q3, 2.0 * q - 2.0 * q3, 1.0 - 2.0 * q + q3, 0.0],
-        [0.0, q, 1.0 - q, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0 - q, q],
-    ]
+    [[q3, 2.0 * q - 2.0 * q3, q3 - 2.0 * q, 0.0], [0.0, q, -q, 0.0], [0.0; 4], [0.0, 0.0, -q, q]]
 }
 
 /// `R`: one smooth step, right half.
@@ -90,7 +88,7 @@ fn smooth_step() -> Points {
     [[0.125, 0.75, 0.125, 0.0], [0.0, 0.5, 0.5, 0.0], [0.0, 0.125, 0.75, 0.125], [0.0, 0.0, 0.5, 0.5]]
 }
 
-/// Infinitely sharp at `P2`: `P3 := 2 P2 - P1`.
+/// Infinitely sharp at the third point: the fourth is twice that less the second.
 fn infinite() -> Points {
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 2.0, 0.0]]
 }
@@ -119,6 +117,11 @@ fn blend(wa: f64, a: &Points, wb: f64, b: &Points) -> Points {
 mod tests {
     use super::*;
 
+    /// One sharp step, right half.
+    fn sharp_step() -> Points {
+        [[0.125, 0.75, 0.125, 0.0], [0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.5, 0.5]]
+    }
+
     /// Subdivides the curve explicitly: sharp steps, one blended step, then a smooth spline.
     fn refined(t: f64, s: f64) -> [[f64; 4]; 3] {
         let mut points: Points = [[0.0; 4]; 4];
@@ -141,7 +144,7 @@ mod tests {
                 t *= 2.0;
                 s = 0.0;
             } else {
-                points = blend(1.0 - w, &compose(&smooth_step(), &points), w, &compose(&sharp_steps(1), &points));
+                points = blend(1.0 - w, &compose(&smooth_step(), &points), w, &compose(&sharp_step(), &points));
                 t = 2.0 * t - 1.0;
                 s = (s - 1.0).max(0.0);
             }

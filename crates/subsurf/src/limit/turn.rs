@@ -2,9 +2,20 @@
 //! turned on the way down, derivatives on the way up.
 
 use super::special::PointWeights;
+use crate::scheme::SplitKind;
 
-/// Parameters after turning the face so that corner `turn` comes first. The one near zero there is exact.
-pub(super) fn turned_quad(u: f64, v: f64, turn: u8) -> (f64, f64) {
+/// Parameters after turning the face so that corner `turn` comes first.
+#[inline(always)]
+pub(super) fn turned(split: SplitKind, u: f64, v: f64, turn: u8) -> (f64, f64) {
+    match split {
+        SplitKind::Quads => turned_quad(u, v, turn),
+        SplitKind::Triangles => turned_triangle(u, v, turn),
+    }
+}
+
+/// The one near zero at that corner is exact.
+#[inline(always)]
+fn turned_quad(u: f64, v: f64, turn: u8) -> (f64, f64) {
     match turn {
         0 => (u, v),
         1 => (v, 1.0 - u),
@@ -43,7 +54,8 @@ pub(super) fn turn_back_quad(mut w: PointWeights, turn: u8) -> PointWeights {
 }
 
 /// The same for barycentric parameters `u`, `v`. The order of the subtractions keeps what is small next to the corner.
-pub(super) fn turned_triangle(u: f64, v: f64, turn: u8) -> (f64, f64) {
+#[inline(always)]
+fn turned_triangle(u: f64, v: f64, turn: u8) -> (f64, f64) {
     match turn {
         0 => (u, v),
         1 => (v, (1.0 - u) - v),

@@ -2,11 +2,12 @@
 //! levels are put together.
 
 use super::tile_trees::{ChildKind, RegularStep, TileTrees};
+use crate::kernel::vectorized;
 use crate::scheme::SplitKind;
 
 /// Where a tile lies in a grid of cells: its corner 0, and whether its axes run backwards (the middle child of a triangle).
 #[derive(Clone, Copy)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     pub origin: usize,
     pub backwards: bool,
     /// Cells from row to row.
@@ -40,7 +41,7 @@ impl Placed {
 }
 
 /// Rows of weights, all of one width.
-pub(super) struct WeightRows {
+pub(crate) struct WeightRows {
     pub width: usize,
     pub weights: Vec<f64>,
 }
@@ -50,10 +51,12 @@ impl WeightRows {
         Self { width, weights: vec![0.0; rows * width] }
     }
 
+    #[inline(always)]
     pub fn row(&self, row: usize) -> &[f64] {
         &self.weights[row * self.width..(row + 1) * self.width]
     }
 
+    #[inline(always)]
     fn row_mut(&mut self, row: usize) -> &mut [f64] {
         &mut self.weights[row * self.width..(row + 1) * self.width]
     }
@@ -66,13 +69,14 @@ impl WeightRows {
     }
 
     /// `self[row] += weight · from[other]`.
+    #[inline(always)]
     fn add(&mut self, row: usize, weight: f64, from: &Self, other: usize) {
         self.row_mut(row).iter_mut().zip(from.row(other)).for_each(|(sum, x)| *sum += weight * x);
     }
 }
 
 /// Writes the weights of all vertices of a tile, made of `points`, into a grid of cells.
-pub(super) struct Composer<'a> {
+pub(crate) struct Composer<'a> {
     pub trees: &'a TileTrees,
     pub split: SplitKind,
 }
@@ -83,7 +87,7 @@ impl Composer<'_> {
     pub fn node(&self, tier: usize, node: usize) -> WeightRows {
         let of_node = &self.trees.tiers[tier][node];
         let left = self.trees.tiers.len() - tier;
-        let is_single = of_node.children.len() == 4;
+        let is_single = of_node.is_tile();
         let size = 1usize << if is_single { left } else { left - 1 };
         let tiles = if is_single { 1 } else { of_node.children.len() };
         let ring = WeightRows::identity(of_node.ring);
@@ -94,11 +98,23 @@ impl Composer<'_> {
 
     fn fill_node(&self, tier: usize, node: usize, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
         let node = &self.trees.tiers[tier][node];
-        let mut points = WeightRows::zeros(node.points(), ring.width);
-        for point in 0..node.points() {
-            node.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
+        let mut points = WeightRows::zeros(node.points.len(), ring.width);
+        vectorized(
+            #[inline(always)]
+            || {
+                for point in 0..node.points.len() {
+                    node.points.terms(point).iter().for_each(|&(p, w)| points.add(point, w, ring, p as usize));
+                }
+            },
+        );
+        if let Some(cells) = &node.cells {
+            for (&(i, j), k) in cells_of(self.split, size).iter().zip(0..) {
+                let cell = at.cell(i, j);
+                out.row_mut(cell).fill(0.0);
+                cells.terms(k).iter().for_each(|&(p, w)| out.add(cell, w, &points, p as usize));
+            }
         }
-        let is_single = node.children.len() == 4;
+        let is_single = node.is_tile();
         for (c, child) in node.children.iter().enumerate() {
             let (at, size) = if is_single {
                 (at.child(self.split, size, c), size / 2)
@@ -122,8 +138,14 @@ impl Composer<'_> {
     }
 }
 
+/// All vertices of a tile, row by row.
+pub(crate) fn cells_of(split: SplitKind, size: usize) -> Vec<(usize, usize)> {
+    let length = |j: usize| if split == SplitKind::Quads { size } else { size - j };
+    (0..=size).flat_map(|j| (0..=length(j)).map(move |i| (i, j))).collect()
+}
+
 /// Cells of the corners of a tile of one cell.
-pub(super) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
+pub(crate) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
     match split {
         SplitKind::Quads => &[(0, 0), (1, 0), (1, 1), (0, 1)],
         SplitKind::Triangles => &[(0, 0), (1, 0), (0, 1)],
@@ -131,7 +153,15 @@ pub(super) fn corners(split: SplitKind) -> &'static [(usize, usize)] {
 }
 
 /// All vertices of a regular quad, over any rows of its sixteen points: along u, then along v.
-pub(super) fn fill_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
+pub(crate) fn fill_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
+    vectorized(
+        #[inline(always)]
+        || refine_regular(step, ring, at, size, out),
+    );
+}
+
+#[inline(always)]
+fn refine_regular(step: &RegularStep, ring: &WeightRows, at: Placed, size: usize, out: &mut WeightRows) {
     let along = step.repeated(size.ilog2());
     let mut curves = WeightRows::zeros(4 * (size + 1), ring.width);
     for y in 0..4 {

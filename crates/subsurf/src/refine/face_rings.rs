@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 const CHUNK: usize = 2048;
 
 /// Lists of numbers in the order in which they were first met, each once.
-pub(super) struct Distinct<K>(HashMap<K, u32, BuildHasherDefault<KeyHasher>>);
+pub(crate) struct Distinct<K>(HashMap<K, u32, BuildHasherDefault<KeyHasher>>);
 
 impl<K> Default for Distinct<K> {
     fn default() -> Self {
@@ -53,20 +53,26 @@ pub(crate) struct FaceRings {
     group: Vec<u32>,
     offset: Vec<u32>,
     ring: Vec<u32>,
-    /// The first face of every group but the plain one.
+    /// The first face of every group but that of plain quads.
     pub representatives: Vec<Face>,
 }
 
+/// Points of the widest ring that faces are grouped for: what a face at a vertex of some 90 faces has. Larger: matrices that
+/// grow with its square; smaller: more meshes that are refined level by level.
+const WIDEST_RING: usize = 200;
+
 /// The group of quads with four plain corners, whose rings are in the order of [`plain_ring`].
-pub(super) const PLAIN: u32 = u32::MAX;
+pub(crate) const PLAIN: u32 = u32::MAX;
 
 impl FaceRings {
-    /// Groups the faces, in parallel; none where a ring would have more than `most` points.
+    /// Groups the faces, in parallel; none where a ring has more than [`WIDEST_RING`] points. Rings name no point twice,
+    /// but those of plain quads may where a mesh is so small that it meets itself, unless `distinct` is asked for; then
+    /// such quads are not plain.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where the rings together overflow 32-bit indices.
-    pub fn new(t: &Topology, scheme: Scheme, most: usize) -> Result<Option<Self>, MeshError> {
-        if widest_ring(t) > most {
+    pub fn new(t: &Topology, scheme: Scheme, distinct: bool) -> Result<Option<Self>, MeshError> {
+        if ring_bounds(t).max().unwrap_or(0) > WIDEST_RING {
             return Ok(None);
         }
         let is_plain = |v: u32| scheme.split() == SplitKind::Quads && is_plain(t, Vertex(v));
@@ -78,7 +84,7 @@ impl FaceRings {
             .into_par_iter()
             .map(|chunk| {
                 let mut walk = pool().pop().unwrap_or_default();
-                let gathered = Gathered::of_chunk(t, &plain, chunk, &mut walk);
+                let gathered = Gathered::of_chunk(t, &plain, distinct, chunk, &mut walk);
                 pool().push(walk);
                 gathered
             })
@@ -125,21 +131,65 @@ impl FaceRings {
         &self.ring[self.offset[face.index()] as usize..self.offset[face.index() + 1] as usize]
     }
 
+    /// Number of plain quads.
+    pub fn plain_faces(&self) -> usize {
+        self.group.iter().filter(|&&group| group == PLAIN).count()
+    }
+
+    /// For every entry of [`ring`](Self::ring), all faces one after another: control points in ascending order, and the
+    /// position that each has in the ring.
+    pub fn ascending(&self) -> Ascending<'_> {
+        let mut entry = vec![(0u32, 0u32); self.ring.len()];
+        let mut rest = &mut entry[..];
+        let mut parts = Vec::with_capacity(self.group.len());
+        for face in self.offset.windows(2) {
+            let (part, tail) = rest.split_at_mut((face[1] - face[0]) as usize);
+            parts.push((part, &self.ring[face[0] as usize..face[1] as usize]));
+            rest = tail;
+        }
+        parts.into_par_iter().with_min_len(CHUNK / 4).for_each(|(part, ring)| {
+            part.iter_mut().zip(ring).zip(0..).for_each(|((entry, &v), slot)| *entry = (v, slot));
+            part.sort_unstable();
+        });
+        Ascending { rings: self, entry }
+    }
+
     /// Heap memory in bytes.
     pub fn bytes(&self) -> usize {
         4 * (self.group.len() + self.offset.len() + self.ring.len() + self.representatives.len())
     }
 }
 
-/// Bound for the largest ring: round an interior vertex a face adds its corners but two, at boundaries one more.
-fn widest_ring(t: &Topology) -> usize {
+/// Rings in ascending order.
+pub(crate) struct Ascending<'a> {
+    pub rings: &'a FaceRings,
+    entry: Vec<(u32, u32)>,
+}
+
+impl Ascending<'_> {
+    /// Control points of the ring of `face` in ascending order, each with its position in the ring.
+    #[inline(always)]
+    pub fn ring(&self, face: Face) -> &[(u32, u32)] {
+        let offset = &self.rings.offset;
+        &self.entry[offset[face.index()] as usize..offset[face.index() + 1] as usize]
+    }
+}
+
+/// Bounds for the numbers of points of all rings: round an interior vertex a face adds its corners but two, at boundaries
+/// one more.
+pub(crate) fn ring_bounds(t: &Topology) -> impl Iterator<Item = usize> {
     let mut around = vec![1usize; t.vertex_count()];
     for f in (0..t.face_count() as u32).map(Face) {
         let sides = t.sides(f);
         t.face_vertices(f).iter().for_each(|&v| around[v as usize] += sides - 2);
     }
-    let of_face = |f: u32| t.face_vertices(Face(f)).iter().map(|&v| around[v as usize]).sum();
-    (0..t.face_count() as u32).map(of_face).max().unwrap_or(0)
+    (0..t.face_count() as u32).map(move |f| t.face_vertices(Face(f)).iter().map(|&v| around[v as usize]).sum())
+}
+
+fn names_none_twice(ring: &[u32; 16]) -> bool {
+    let mut sorted = *ring;
+    sorted.sort_unstable();
+    sorted.windows(2).all(|w| w[0] != w[1])
 }
 
 /// One chunk of faces, groups numbered within the chunk.
@@ -153,14 +203,16 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn of_chunk(t: &Topology, plain: &[bool], chunk: usize, walk: &mut Walk) -> Self {
+    fn of_chunk(t: &Topology, plain: &[bool], distinct: bool, chunk: usize, walk: &mut Walk) -> Self {
         let mut out = Self::default();
         let mut known = Distinct::default();
         let mut around = Surroundings::default();
         for face in (chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())).map(Face::new) {
-            if t.sides(face) == 4 && t.face_vertices(face).iter().all(|&v| plain[v as usize]) {
+            let is_plain = t.sides(face) == 4 && t.face_vertices(face).iter().all(|&v| plain[v as usize]);
+            let ring = is_plain.then(|| plain_ring(t, face)).filter(|ring| !distinct || names_none_twice(ring));
+            if let Some(ring) = ring {
                 out.group.push(PLAIN);
-                out.ring.extend_from_slice(&plain_ring(t, face));
+                out.ring.extend_from_slice(&ring);
             } else {
                 t.surroundings(face, 0, walk, &mut around);
                 let (group, is_new) = known.number(&around.key);
@@ -187,7 +239,7 @@ mod tests {
         // Vertex (i, j) of a grid at (i, j): rings of inner faces are steps of one along x, then of one along y.
         let grid = shapes::grid(6, 5);
         let level = Level::new(&grid.mesh, Scheme::CatmullClark).unwrap();
-        let rings = FaceRings::new(level.topology(), Scheme::CatmullClark, 100).unwrap().unwrap();
+        let rings = FaceRings::new(level.topology(), Scheme::CatmullClark, true).unwrap().unwrap();
         let mut plain = 0;
         for f in (0..level.topology().face_count() as u32).map(Face).filter(|&f| rings.group(f) == PLAIN) {
             let at = |k: usize| grid.positions[rings.ring(f)[k] as usize];

@@ -16,16 +16,18 @@
 //! Inside a control face the order is the same for all faces with as many corners; a [`Tile`] holds it.
 
 use super::split::runs_forward;
+use super::tile::{Cell, Tile, halves, middle};
 use crate::index::{Face, HalfEdge};
+use crate::kernel::vectorized;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::scheme::SplitKind;
-use crate::topology::Topology;
+use crate::topology::{NONE, Topology};
 use rayon::prelude::*;
-use std::ops::Range;
+use std::borrow::Cow;
 
 /// Numbers of elements of a level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Counts {
+pub(crate) struct Counts {
     pub vertices: usize,
     pub faces: usize,
     pub edges: usize,
@@ -65,7 +67,7 @@ impl Counts {
 
 /// What the vertices of a region belong to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Owner {
+pub(crate) enum Owner {
     Vertices,
     Faces,
     HalfEdges,
@@ -74,7 +76,7 @@ pub(super) enum Owner {
 
 /// Consecutive vertices, `each` for every element of the control mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Region {
+pub(crate) struct Region {
     pub owner: Owner,
     pub each: usize,
     /// First vertex.
@@ -82,7 +84,7 @@ pub(super) struct Region {
 }
 
 /// The regions of level `depth`, in order.
-pub(super) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Region> {
+pub(crate) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Region> {
     let mut out = Vec::new();
     let mut start = 0;
     let mut add = |owner, each: usize| {
@@ -108,119 +110,6 @@ pub(super) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Regi
     out
 }
 
-/// A square or triangular grid of vertices: a quad or triangle of the control mesh, or the quad at one corner of another
-/// face. Cell `j · (size + 1) + i` is the vertex at u = i / size, v = j / size.
-pub(super) struct Tile {
-    /// Cells along a side.
-    pub size: usize,
-    /// The cells in the order of vertices, for all regions of half-edges and faces one after another.
-    pub order: Vec<u32>,
-    /// By region: its part of `order`; empty for other regions, and for a face's centre that several tiles share.
-    pub ranges: Vec<Range<usize>>,
-    /// The corners of all faces in order.
-    pub corners: Vec<u32>,
-}
-
-type Cell = [u32; 2];
-
-fn middle(a: Cell, b: Cell) -> Cell {
-    [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]
-}
-
-impl Tile {
-    /// A whole quad, or triangle under Loop, refined to level `depth`.
-    pub fn whole(split: SplitKind, depth: u32) -> Self {
-        Self::refined(split, depth, 0)
-    }
-
-    /// The quad that one corner of another face becomes at level 1: corner 0 the old vertex, 2 the face point.
-    pub fn corner(depth: u32) -> Self {
-        Self::refined(SplitKind::Quads, depth, 1)
-    }
-
-    fn refined(split: SplitKind, depth: u32, first: u32) -> Self {
-        let size = 1u32 << (depth - first);
-        let cell = |[i, j]: Cell| j * (size + 1) + i;
-        let mut faces: Vec<Vec<Cell>> = match split {
-            SplitKind::Quads => vec![vec![[0, 0], [size, 0], [size, size], [0, size]]],
-            SplitKind::Triangles => vec![vec![[0, 0], [size, 0], [0, size]]],
-        };
-        let (mut order, mut ranges): (Vec<u32>, Vec<Range<usize>>) = (Vec::new(), vec![0..0]);
-        // Ends of the edges inside, in order, by the level where they appeared, that of the last one first.
-        let mut edges: Vec<Vec<[Cell; 2]>> = Vec::new();
-        if first == 1 {
-            // Level 1 adds the face's centre and control edges' middles; then the spoke is an edge of this tile.
-            ranges.extend([0..0, 0..0]);
-            edges.push(vec![[[size, size], [size, 0]]]);
-        }
-        let mut put = |points: &mut dyn Iterator<Item = Cell>| {
-            let start = order.len();
-            order.extend(points.map(cell));
-            ranges.push(start..order.len());
-        };
-        for _ in first..depth {
-            if split == SplitKind::Quads {
-                put(&mut faces.iter().map(|f| middle(f[0], f[2])));
-            }
-            for group in &edges {
-                put(&mut group.iter().map(|&[a, b]| middle(a, b)));
-            }
-            put(&mut std::iter::empty());
-            for group in &mut edges {
-                *group = group.iter().flat_map(|&ends| halves(ends)).collect();
-            }
-            let mut inside = Vec::new();
-            faces = faces.iter().flat_map(|f| children(f, &mut inside)).collect();
-            edges.insert(0, inside);
-        }
-        let corners = faces.iter().flatten().map(|&c| cell(c)).collect();
-        Self { size: size as usize, order, ranges, corners }
-    }
-
-    /// Number of cells of the grid, those beyond the third side of a triangle included.
-    pub fn cells(&self) -> usize {
-        (self.size + 1) * (self.size + 1)
-    }
-
-    /// The cell `i` steps along side `side` from its corner of that number.
-    pub fn on_side(&self, sides: usize, side: usize, i: usize) -> usize {
-        let n = self.size;
-        let (u, v) = match (sides, side) {
-            (_, 0) => (i, 0),
-            (4, 1) => (n, i),
-            (4, 2) => (n - i, n),
-            (3, 1) => (n - i, i),
-            _ => (0, n - i),
-        };
-        v * (n + 1) + u
-    }
-}
-
-/// An edge's halves, each with the new vertex first, as refinement numbers them.
-fn halves(ends: [Cell; 2]) -> [[Cell; 2]; 2] {
-    let m = middle(ends[0], ends[1]);
-    [[m, ends[0]], [m, ends[1]]]
-}
-
-/// The children of a face in order; adds the edges inside it.
-fn children(corners: &[Cell], inside: &mut Vec<[Cell; 2]>) -> Vec<Vec<Cell>> {
-    let n = corners.len();
-    let on_edge = |c: usize| middle(corners[c % n], corners[(c + 1) % n]);
-    if n == 3 {
-        inside.extend((0..3).map(|c| [on_edge(c), on_edge(c + 2)]));
-        let [a, b, c] = [0, 1, 2].map(on_edge);
-        return vec![vec![corners[0], a, c], vec![a, corners[1], b], vec![c, b, corners[2]], vec![b, c, a]];
-    }
-    let centre = middle(corners[0], corners[2]);
-    inside.extend((0..4).map(|c| [centre, on_edge(c)]));
-    let child = |c: usize| {
-        let mut child = vec![corners[c]; 4];
-        (child[(c + 1) % 4], child[(c + 2) % 4], child[(c + 3) % 4]) = (on_edge(c), centre, on_edge(c + 3));
-        child
-    };
-    (0..4).map(child).collect()
-}
-
 /// For every region of edges, the places `i / 2^depth` along an edge, from its first end, that its vertices have, in order.
 fn along_edge(depth: u32) -> Vec<Vec<u32>> {
     let mut pieces: Vec<[Cell; 2]> = vec![[[0, 0], [1 << depth, 0]]];
@@ -234,40 +123,68 @@ fn along_edge(depth: u32) -> Vec<Vec<u32>> {
 }
 
 /// Where the vertices of a level go.
-pub(super) struct Numbering {
+pub(crate) struct Numbering {
     pub regions: Vec<Region>,
-    /// By region: places along an edge where the region is one of edges.
-    pub along: Vec<Vec<u32>>,
+    /// The region of the centres of faces.
+    pub centres: Option<usize>,
+    /// The regions of edges, with the number of vertices for each edge.
+    pub edge_regions: Vec<(usize, usize)>,
+    /// Of a face that is one tile: for each side, run along and against the direction of its edge, the cells of the edge's
+    /// vertices, region by region.
+    side_cells: [[Vec<u32>; 2]; 4],
+    /// Places of an edge's vertices along it, region by region.
+    along: Vec<u32>,
     /// By place along an edge: vertex `start + each · e` of edge e.
     on_edge: Vec<(u32, u32)>,
     /// Of faces that are one tile.
     pub whole: Tile,
     /// Of one corner of any other face.
     pub corner: Tile,
+    /// Corners of faces that are one tile.
     sides: usize,
-    depth: u32,
+    /// Pieces of an edge.
+    steps: usize,
 }
 
 impl Numbering {
     pub fn new(control: &Topology, split: SplitKind, depth: u32) -> Self {
         let regions = regions(Counts::of(control), split, depth);
-        let mut places = along_edge(depth).into_iter();
-        let of_region =
-            |r: &Region| if r.owner == Owner::Edges { places.next().unwrap_or_default() } else { Vec::new() };
-        let along: Vec<Vec<u32>> = regions.iter().map(of_region).collect();
+        let edge_regions: Vec<(usize, usize)> =
+            regions.iter().enumerate().filter(|(_, r)| r.owner == Owner::Edges).map(|(k, r)| (k, r.each)).collect();
+        let along = along_edge(depth);
         let mut on_edge = vec![(0, 0); (1 << depth) + 1];
-        for (region, along) in regions.iter().zip(&along) {
-            for (k, &place) in along.iter().enumerate() {
-                on_edge[place as usize] = ((region.start + k) as u32, region.each as u32);
+        for (&(k, each), along) in edge_regions.iter().zip(&along) {
+            for (i, &place) in along.iter().enumerate() {
+                on_edge[place as usize] = ((regions[k].start + i) as u32, each as u32);
             }
         }
+        let along = along.concat();
         let sides = match split {
             SplitKind::Quads => 4,
             SplitKind::Triangles => 3,
         };
-        let whole = Tile::whole(split, depth);
-        let corner = Tile::corner(depth.max(1));
-        Self { regions, along, on_edge, whole, corner, sides, depth }
+        let (whole, corner) = (Tile::whole(split, depth), Tile::corner(depth.max(1)));
+        let cells = |side: usize, forward: bool| {
+            let place = |i: u32| if forward { i as usize } else { whole.size - i as usize };
+            along.iter().map(|&i| whole.on_side(sides, side, place(i)) as u32).collect()
+        };
+        let side_cells = std::array::from_fn(|side| {
+            [true, false].map(|forward| if side < sides { cells(side, forward) } else { Vec::new() })
+        });
+        let centres = regions.iter().position(|r| r.owner == Owner::Faces);
+        let steps = whole.size;
+        Self { regions, centres, edge_regions, side_cells, along, on_edge, whole, corner, sides, steps }
+    }
+
+    /// The cells of an edge's vertices, region by region, where the edge is side `side` of a face and runs with it or against
+    /// it.
+    #[inline(always)]
+    pub fn side_cells(&self, sides: usize, side: usize, forward: bool) -> Cow<'_, [u32]> {
+        if self.is_whole(sides) {
+            return Cow::Borrowed(&self.side_cells[side][usize::from(!forward)]);
+        }
+        let place = |i: u32| if forward { i as usize } else { self.steps - i as usize };
+        Cow::Owned(self.along.iter().map(|&i| self.on_side(sides, side, place(i)) as u32).collect())
     }
 
     /// True for a face that is one tile.
@@ -294,7 +211,7 @@ impl Numbering {
 
     /// The vertices of all faces of the level.
     pub fn write_corners(&self, t: &Topology, out: &mut [u32]) {
-        let each = 1usize << (2 * self.depth);
+        let each = self.steps * self.steps;
         let chunks = (0..t.face_count()).step_by(CORNER_CHUNK).map(|f| f..(f + CORNER_CHUNK).min(t.face_count()));
         let mut rest = out;
         let mut tasks = Vec::new();
@@ -304,17 +221,21 @@ impl Numbering {
             rest = tail;
             tasks.push((faces, part));
         }
+        let whole = WholeCorners::new(self);
         tasks.into_par_iter().for_each_init(Vec::new, |vertices, (faces, mut out)| {
             for f in faces.map(Face::new) {
                 let (part, tail) = out.split_at_mut(each * t.sides(f));
                 out = tail;
                 if self.is_whole(t.sides(f)) {
-                    self.number_whole(t, f, vertices);
-                    look_up(&self.whole.corners, vertices, part);
+                    self.number_rim(t, f, vertices);
+                    vectorized(
+                        #[inline(always)]
+                        || whole.write(t.first(f), vertices, part),
+                    );
                 } else {
                     for (corner, part) in part.chunks_exact_mut(each).enumerate() {
                         self.number_corner(t, f, corner, vertices);
-                        look_up(&self.corner.corners, vertices, part);
+                        part.iter_mut().zip(&self.corner.corners).for_each(|(v, &cell)| *v = vertices[cell as usize]);
                     }
                 }
             }
@@ -325,28 +246,21 @@ impl Numbering {
     #[inline(always)]
     fn on_half_edge(&self, t: &Topology, h: HalfEdge, i: usize) -> u32 {
         let e = t.edge(h);
-        let place = if runs_forward(t, h) { i } else { (1 << self.depth) - i };
+        let place = if runs_forward(t, h) { i } else { self.steps - i };
         let (start, each) = self.on_edge[place];
         start + each * e.0
     }
 
-    /// The vertices of all cells of a face that is one tile.
-    fn number_whole(&self, t: &Topology, f: Face, vertices: &mut Vec<u32>) {
-        let (tile, first) = (&self.whole, t.first(f));
-        vertices.resize(tile.cells(), 0);
-        for (region, range) in self.regions.iter().zip(&tile.ranges) {
-            let element = if region.owner == Owner::Faces { f.0 } else { first };
-            let start = region.start as u32 + region.each as u32 * element;
-            let cells = &tile.order[range.clone()];
-            cells.iter().zip(start..).for_each(|(&cell, v)| vertices[cell as usize] = v);
+    /// The vertices along the sides of a face that is one tile, from corner 0 on, and its centre.
+    fn number_rim(&self, t: &Topology, f: Face, rim: &mut Vec<u32>) {
+        rim.clear();
+        for h in (0..self.sides).map(|side| t.half_edge(f, side)) {
+            rim.push(t.origin(h).0);
+            let e = t.edge(h).0;
+            let inside = self.on_edge[1..self.steps].iter().map(|&(start, each)| start + each * e);
+            if runs_forward(t, h) { rim.extend(inside) } else { rim.extend(inside.rev()) }
         }
-        for side in 0..self.sides {
-            let h = t.half_edge(f, side);
-            vertices[tile.on_side(self.sides, side, 0)] = t.origin(h).0;
-            for i in 1..tile.size {
-                vertices[tile.on_side(self.sides, side, i)] = self.on_half_edge(t, h, i);
-            }
-        }
+        rim.push(t.vertex_count() as u32 + f.0);
     }
 
     /// The vertices of all cells of the tile at a corner of any other face.
@@ -372,13 +286,52 @@ impl Numbering {
             vertices[i * (size + 1)] = self.on_half_edge(t, prev, 2 * size - i);
         }
         // The first face points are the centres of control faces.
-        vertices[tile.cells() - 1] = t.vertex_count() as u32 + f.0;
+        vertices[tile.centre] = t.vertex_count() as u32 + f.0;
     }
 }
 
 /// Control faces of a task that writes faces. Fixed; larger: uneven loads; smaller: overhead of tasks.
 const CORNER_CHUNK: usize = 256;
 
-fn look_up(cells: &[u32], vertices: &[u32], out: &mut [u32]) {
-    out.iter_mut().zip(cells).for_each(|(v, &cell)| *v = vertices[cell as usize]);
+/// The corners of all faces in a face that is one tile.
+struct WholeCorners {
+    /// Vertex `start + each · h` for a face whose first half-edge is h.
+    start: Vec<u32>,
+    each: Vec<u32>,
+    /// Which corners lie on the rim, and where there.
+    rim: Vec<(u32, u32)>,
+}
+
+impl WholeCorners {
+    fn new(numbering: &Numbering) -> Self {
+        let tile = &numbering.whole;
+        let mut affine = vec![(0, 0); tile.cells()];
+        for (region, range) in numbering.regions.iter().zip(&tile.ranges) {
+            for (i, &cell) in tile.order[range.clone()].iter().enumerate() {
+                affine[cell as usize] = ((region.start + i) as u32, region.each as u32);
+            }
+        }
+        let (n, sides) = (tile.size, numbering.sides);
+        let mut rim_of = vec![NONE; tile.cells()];
+        for side in 0..sides {
+            (0..n).for_each(|i| rim_of[tile.on_side(sides, side, i)] = (side * n + i) as u32);
+        }
+        if numbering.centres.is_some() {
+            rim_of[tile.centre] = (sides * n) as u32;
+        }
+        let on_rim = |(&cell, k): (&u32, u32)| Some((k, rim_of[cell as usize])).filter(|rim| rim.1 != NONE);
+        Self {
+            start: tile.corners.iter().map(|&cell| affine[cell as usize].0).collect(),
+            each: tile.corners.iter().map(|&cell| affine[cell as usize].1).collect(),
+            rim: tile.corners.iter().zip(0..).filter_map(on_rim).collect(),
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, first: u32, rim: &[u32], out: &mut [u32]) {
+        for ((v, &start), &each) in out.iter_mut().zip(&self.start).zip(&self.each) {
+            *v = start.wrapping_add(each.wrapping_mul(first));
+        }
+        self.rim.iter().for_each(|&(corner, at)| out[corner as usize] = rim[at as usize]);
+    }
 }

@@ -2,11 +2,13 @@
 //! it and those of the edges and vertices that it is the first face of.
 
 use super::face_rings::PLAIN;
-use super::numbering::Owner;
+use super::numbering::{Owner, Region};
 use super::split::runs_forward;
+use super::tile::Tile;
 use super::uniform::Sources;
-use super::values::Filler;
-use crate::index::{Face, HalfEdge};
+use super::values::{Filler, PADDING};
+use crate::index::Face;
+use crate::kernel::vectorized;
 use crate::real::Real;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -78,19 +80,8 @@ pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: 
         }
     }
 
-    let corners: Vec<Vec<(u32, [T; N])>> = tasks
-        .into_par_iter()
-        .map_init(
-            || Worker {
-                sources,
-                values,
-                filler: Filler::new(sources.trees, sources.maps),
-                ring: Vec::new(),
-                grid: Vec::new(),
-            },
-            Worker::run,
-        )
-        .collect();
+    let corners: Vec<Vec<(u32, [T; N])>> =
+        tasks.into_par_iter().map_init(|| Worker::new(sources, values), Worker::run).collect();
     corners.iter().flatten().for_each(|&(v, value)| vertices[v as usize] = value);
     if let Some(sorted) = sorted {
         let mut rank = vec![0u32; sorted.len()];
@@ -106,18 +97,59 @@ pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: 
     }
 }
 
+/// Consecutive vertices of a face in one part.
+struct Run<'a> {
+    part: usize,
+    /// Vertices of the part for every half-edge or edge.
+    each: usize,
+    /// Their cells in order.
+    cells: &'a [u32],
+}
+
 struct Worker<'a, T, const N: usize> {
     sources: &'a Sources<'a, T>,
     values: &'a [[T; N]],
+    /// The vertices inside a face that is one tile, and inside a corner of another.
+    inside: [Vec<Run<'a>>; 2],
     filler: Filler<'a, T, N>,
     ring: Vec<[T; N]>,
     /// Values of all cells of a face.
     grid: Vec<[T; N]>,
 }
 
-impl<T: Real, const N: usize> Worker<'_, T, N> {
+impl<'a, T: Real, const N: usize> Worker<'a, T, N> {
+    fn new(sources: &'a Sources<'a, T>, values: &'a [[T; N]]) -> Self {
+        let numbering = sources.numbering;
+        let runs = |tile: &'a Tile| {
+            let regions = numbering.regions.iter().zip(&tile.ranges).enumerate().skip(1);
+            let inside = regions.filter(|(_, (region, range))| region.owner == Owner::HalfEdges && !range.is_empty());
+            let run = |(k, (region, range)): (usize, (&Region, &Range<usize>))| Run {
+                part: k - 1,
+                each: region.each,
+                cells: &tile.order[range.clone()],
+            };
+            inside.map(run).collect()
+        };
+        Self {
+            sources,
+            values,
+            inside: [runs(&numbering.whole), runs(&numbering.corner)],
+            filler: Filler::new(sources.trees, sources.maps),
+            ring: Vec::new(),
+            grid: Vec::new(),
+        }
+    }
+
     /// Writes a task's parts; returns the values of the control vertices that its faces own.
     fn run(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
+        vectorized(
+            #[inline(always)]
+            || self.write(task),
+        )
+    }
+
+    #[inline(always)]
+    fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
         let Sources { control: t, numbering, .. } = *self.sources;
         let Task { faces, first_edge, mut parts, edges } = task;
         let first_half_edge = t.face_offset[faces.start];
@@ -132,48 +164,35 @@ impl<T: Real, const N: usize> Worker<'_, T, N> {
             let tile = if is_whole { &numbering.whole } else { &numbering.corner };
             let tiles = if is_whole { 1 } else { sides };
             let first = (t.first(f) - first_half_edge) as usize;
-            for (k, part) in parts.iter_mut().enumerate() {
-                let (region, range) = (&numbering.regions[k + 1], &tile.ranges[k + 1]);
-                match region.owner {
-                    Owner::HalfEdges => {
-                        let cells = &tile.order[range.clone()];
-                        let part = &mut part[region.each * first..][..tiles * cells.len()];
-                        for (grid, part) in grid.chunks_exact(tile.cells()).zip(part.chunks_exact_mut(cells.len())) {
-                            part.iter_mut().zip(cells).for_each(|(value, &cell)| *value = grid[cell as usize]);
-                        }
-                    }
-                    Owner::Faces => {
-                        let centre = if is_whole { tile.order[range.start] as usize } else { tile.cells() - 1 };
-                        part[f.index() - faces.start] = grid[centre];
-                    }
-                    Owner::Edges | Owner::Vertices => {}
+            for run in &self.inside[usize::from(!is_whole)] {
+                let part = &mut parts[run.part][run.each * first..][..tiles * run.cells.len()];
+                for (grid, part) in grid.chunks(tile.cells()).zip(part.chunks_exact_mut(run.cells.len())) {
+                    part.iter_mut().zip(run.cells).for_each(|(value, &cell)| *value = grid[cell as usize]);
                 }
             }
-            let steps = 1usize << self.sources.trees.tiers.len();
+            if let Some(region) = numbering.centres {
+                parts[region - 1][f.index() - faces.start] = grid[tile.centre];
+            }
             for (side, h) in (0..sides).map(|side| (side, t.half_edge(f, side))) {
-                let v = t.origin(h);
-                if t.outgoing(v) == Some(h) {
-                    corners.push((v.0, grid[numbering.on_side(sides, side, 0)]));
+                let v = t.origin[h.index()];
+                if t.vertex_half_edge[v as usize] == h.0 {
+                    corners.push((v, grid[numbering.on_side(sides, side, 0)]));
                 }
-                let e = t.edge(h);
-                if HalfEdge(t.edge_half_edge[e.index()]) != h {
+                let e = t.edge[h.index()];
+                if t.edge_half_edge[e as usize] != h.0 {
                     continue;
                 }
-                let forward = runs_forward(t, h);
-                let at = |place: u32| {
-                    let i = if forward { place as usize } else { steps - place as usize };
-                    grid[numbering.on_side(sides, side, i)]
-                };
+                let cells = numbering.side_cells(sides, side, runs_forward(t, h));
                 if is_apart {
-                    numbering.along.iter().flatten().zip(&mut edges).for_each(|(&place, value)| *value = at(place));
+                    cells.iter().zip(&mut edges).for_each(|(&cell, value)| *value = grid[cell as usize]);
                     continue;
                 }
-                for (k, part) in parts.iter_mut().enumerate() {
-                    let along = &numbering.along[k + 1];
-                    if !along.is_empty() {
-                        let part = &mut part[along.len() * (e.index() - first_edge)..][..along.len()];
-                        part.iter_mut().zip(along).for_each(|(value, &place)| *value = at(place));
-                    }
+                let mut cells = &cells[..];
+                for &(region, each) in &numbering.edge_regions {
+                    let (own, rest) = cells.split_at(each);
+                    cells = rest;
+                    let part = &mut parts[region - 1][each * (e as usize - first_edge)..][..each];
+                    part.iter_mut().zip(own).for_each(|(value, &cell)| *value = grid[cell as usize]);
                 }
             }
         }
@@ -181,12 +200,13 @@ impl<T: Real, const N: usize> Worker<'_, T, N> {
     }
 
     /// Values of all cells of a face.
+    #[inline(always)]
     fn fill(&mut self, f: Face, sides: usize) {
         let Sources { rings, numbering, .. } = *self.sources;
         let (group, ring) = (rings.group(f), rings.ring(f));
         let is_whole = numbering.is_whole(sides);
         let tile = if is_whole { &numbering.whole } else { &numbering.corner };
-        self.grid.resize(tile.cells() * if is_whole { 1 } else { sides }, [T::default(); N]);
+        self.grid.resize(tile.cells() * if is_whole { 1 } else { sides } + PADDING, [T::default(); N]);
         // A corner of the face.
         let base = self.values[ring[if group == PLAIN { 5 } else { 0 }] as usize];
         let apart = |v: u32| -> [T; N] {
@@ -194,8 +214,8 @@ impl<T: Real, const N: usize> Worker<'_, T, N> {
             std::array::from_fn(|c| p[c] - base[c])
         };
         if group == PLAIN {
-            let ring = std::array::from_fn(|k| apart(ring[k]));
-            return self.filler.plain(&ring, base, tile.size, &mut self.grid);
+            let ring: &[u32; 16] = ring.try_into().expect("a plain quad's ring has sixteen points");
+            return self.filler.plain(&ring.map(apart), base, tile.size, &mut self.grid);
         }
         self.ring.clear();
         self.ring.extend(ring.iter().map(|&v| apart(v)));

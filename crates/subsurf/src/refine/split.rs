@@ -30,7 +30,8 @@ pub(super) struct Split {
 }
 
 /// True where `h` runs from its edge's first end to the second.
-pub(super) fn runs_forward(t: &Topology, h: HalfEdge) -> bool {
+#[inline]
+pub(crate) fn runs_forward(t: &Topology, h: HalfEdge) -> bool {
     t.origin(h) == t.edge_vertices(t.edge(h))[0]
 }
 

@@ -5,42 +5,66 @@
 //! a mesh has a handful of nodes, of which quads on a regular grid are one. All weights are those of [`mask`](crate::mask).
 //! A *tile* is a node together with the number of levels that are still to come below it.
 
-use super::face_rings::Distinct;
-use super::plain::{is_plain, plain_ring};
+use super::compile::{Compiler, Source};
 use super::refined;
-use crate::index::{Edge, Face, Vertex};
-use crate::mask::{Mask, edge_mask, vertex_mask};
+use super::refined_point::{Parent, refined_point};
+use crate::index::Face;
+use crate::mask::Mask;
 use crate::mesh::ControlMesh;
-use crate::scheme::{Scheme, SplitKind};
-use crate::tags::Tags;
-use crate::topology::{Cutter, Interpolation, NONE, Surroundings, Topology, Walk};
-use rayon::prelude::*;
-
-/// Nodes a thread takes at a time. Fixed, so that nodes get the same numbers for any number of threads.
-const CHUNK: usize = 16;
+use crate::scheme::Scheme;
+use crate::tags::{Creasing, INFINITE_SHARPNESS, Tags};
+use crate::topology::{Interpolation, Topology};
+use std::borrow::Cow;
 
 /// The trees of some faces, tier by tier: tier `d` is `d` levels below the faces.
-pub(super) struct TileTrees {
+pub(crate) struct TileTrees {
     pub tiers: Vec<Vec<Node>>,
     /// Coefficients of one refinement step of a regular grid, along one axis.
     pub regular: RegularStep,
 }
 
-/// One step of refinement.
+/// One step of refinement, or two where no more are to come.
 #[derive(Debug, PartialEq)]
-pub(super) struct Node {
+pub(crate) struct Node {
     /// Number of points of the ring.
     pub ring: usize,
-    /// By refined point: end of its terms.
-    term_end: Vec<u32>,
-    /// Positions in the ring with their weights.
-    terms: Vec<(u32, f64)>,
+    /// The refined points over the ring.
+    pub points: Rows,
     pub children: Vec<Child>,
+    /// All vertices of the tile over the refined points, where two steps are to come; there are no children then.
+    pub cells: Option<Rows>,
+}
+
+/// Sparse rows of weights; a row may name a point several times.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Rows {
+    ends: Vec<u32>,
+    terms: Vec<(u32, f64)>,
+}
+
+impl Rows {
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub fn terms(&self, row: usize) -> &[(u32, f64)] {
+        let start = if row == 0 { 0 } else { self.ends[row - 1] };
+        &self.terms[start as usize..self.ends[row] as usize]
+    }
+
+    pub fn push(&mut self, terms: impl Iterator<Item = (u32, f64)>) {
+        self.terms.extend(terms);
+        self.ends.push(self.terms.len() as u32);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.ends[..]) + size_of_val(&self.terms[..])
+    }
 }
 
 /// A child of a node.
 #[derive(Debug, PartialEq)]
-pub(super) struct Child {
+pub(crate) struct Child {
     pub kind: ChildKind,
     /// Its ring, or corners, among the refined points.
     pub ring: Box<[u32]>,
@@ -48,37 +72,31 @@ pub(super) struct Child {
 
 /// How a child goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum ChildKind {
+pub(crate) enum ChildKind {
     /// As a node of the next tier.
     Node(u32),
-    /// As a regular grid: a quad with four plain corners, its ring that of [`plain_ring`].
+    /// As a regular grid: a quad with four plain corners; its ring is that of [`plain_ring`].
     Regular,
     /// No more: its ring is its corners.
     Corners,
 }
 
 impl Node {
-    /// Number of refined points.
-    pub fn points(&self) -> usize {
-        self.term_end.len()
-    }
-
-    /// Terms of a refined point.
-    pub fn terms(&self, point: usize) -> &[(u32, f64)] {
-        let start = if point == 0 { 0 } else { self.term_end[point - 1] };
-        &self.terms[start as usize..self.term_end[point] as usize]
+    /// True where the face is one tile; otherwise each child is one.
+    pub fn is_tile(&self) -> bool {
+        self.cells.is_some() || self.children.len() == 4
     }
 
     fn bytes(&self) -> usize {
         let children: usize = self.children.iter().map(|c| size_of::<Child>() + 4 * c.ring.len()).sum();
-        4 * self.term_end.len() + size_of_val(&self.terms[..]) + children
+        self.points.bytes() + self.cells.as_ref().map_or(0, Rows::bytes) + children
     }
 }
 
 /// Refinement of a regular grid is the same along both axes, one after the other: from four points in a row at −1, 0, 1, 2
 /// to five at −½, 0, ½, 1, 1½.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RegularStep(pub [[f64; 4]; 5]);
+pub(crate) struct RegularStep(pub [[f64; 4]; 5]);
 
 impl RegularStep {
     /// Read off the mask of one edge of a regular grid: along the edge it is that of a new point between two old ones,
@@ -120,77 +138,40 @@ impl RegularStep {
     }
 }
 
-/// What a refined point belongs to.
-#[derive(Clone, Copy)]
-enum Parent {
-    Vertex(Vertex),
-    Face(Face),
-    Edge(Edge),
-}
-
-impl Parent {
-    /// Of vertex `v` of the next level.
-    fn of(t: &Topology, scheme: Scheme, v: u32) -> Self {
-        let vertices = t.vertex_count() as u32;
-        let faces = if scheme.split() == SplitKind::Quads { t.face_count() as u32 } else { 0 };
-        match v {
-            v if v < vertices => Self::Vertex(Vertex(v)),
-            v if v < vertices + faces => Self::Face(Face(v - vertices)),
-            v => Self::Edge(Edge(v - vertices - faces)),
-        }
-    }
-}
-
-/// Appends the terms of a refined point over the vertices of `t`; a vertex may come several times.
-fn refined_point(t: &Topology, scheme: Scheme, parent: Parent, mask: &mut Mask, terms: &mut Vec<(u32, f64)>) {
-    mask.clear();
-    match parent {
-        Parent::Vertex(v) => vertex_mask(t, scheme, v, mask),
-        Parent::Edge(e) => edge_mask(t, scheme, e, mask),
-        Parent::Face(f) => mask.face(f, 1.0),
-    }
-    terms.extend(mask.vertices.iter().filter(|term| term.1 != 0.0));
-    for &(f, weight) in mask.faces.iter().filter(|term| term.1 != 0.0) {
-        let corners = t.face_vertices(Face(f));
-        let each = weight / corners.len() as f64;
-        terms.extend(corners.iter().map(|&v| (v, each)));
-    }
-}
-
 impl TileTrees {
+    /// A topology whose edges and vertices of a sharpness that outlasts `levels` steps are infinitely sharp, which changes
+    /// nothing on the way and makes more faces alike; none where it would be the same one.
+    pub fn sharpened(t: &Topology, levels: u32) -> Option<Topology> {
+        let outlasts = |s: f64| s > f64::from(levels) && s < INFINITE_SHARPNESS;
+        // Chaikin's averages leave infinitely sharp edges out; across seams, too, they are sharpnesses that count.
+        let is_uniform = t.rules.creasing == Creasing::Uniform && t.foreign_sharpness.is_empty();
+        if !is_uniform || !t.edge_sharpness.distinct().chain(t.vertex_sharpness.distinct()).any(outlasts) {
+            return None;
+        }
+        let mut t = t.clone();
+        for column in [&mut t.edge_sharpness, &mut t.vertex_sharpness] {
+            column.change_values(|s| if outlasts(s) { INFINITE_SHARPNESS } else { s });
+        }
+        Some(t)
+    }
+
     /// The trees of some faces of a mesh, `levels` steps deep, in parallel. The root of the i-th face is node `i` of tier 0.
     pub fn compile(t: &Topology, scheme: Scheme, faces: &[Face], levels: u32) -> Self {
         let regular = RegularStep::of(scheme, t.interpolation);
-        let cut = |f: &Face, walk: &mut Walk, around: &mut Surroundings, cutter: &mut Cutter| {
-            t.surroundings(*f, 0, walk, around);
-            cutter.cut_out(t, around, walk);
-            cutter.take()
-        };
-        let mut sources: Vec<Topology> = faces
-            .par_iter()
-            .map_init(Default::default, |(walk, around, cutter), f| cut(f, walk, around, cutter))
-            .collect();
+        let mut source = Source { t: Cow::Borrowed(t), faces: faces.to_vec() };
         let mut tiers = Vec::new();
         for left in (1..=levels).rev() {
-            let chunks: Vec<Compiled> =
-                sources.par_chunks(CHUNK).map(|chunk| Compiled::of_chunk(chunk, scheme, left)).collect();
-            sources = Vec::new();
-            let (mut nodes, mut known) = (Vec::new(), Distinct::default());
-            for Compiled { nodes: mut compiled, new } in chunks {
-                let mut renumber = Vec::with_capacity(new.len());
-                for (key, source) in new {
-                    let (number, is_new) = known.number_owned(key);
-                    renumber.push(number);
-                    sources.extend(is_new.then_some(source));
-                }
-                for child in compiled.iter_mut().flat_map(|node| &mut node.children) {
-                    if let ChildKind::Node(number) = &mut child.kind {
-                        *number = renumber[*number as usize];
-                    }
-                }
-                nodes.append(&mut compiled);
+            // The last refinement needs no topology, but its points' masks.
+            if left > 1 {
+                source = source.reduced();
             }
+            let fine = (left > 1).then(|| refined(&source.t, scheme));
+            let compiler = Compiler { t: &source.t, fine: fine.as_ref(), scheme, left };
+            let (nodes, faces) = compiler.nodes(&source.faces);
             tiers.push(nodes);
+            if let Some(fine) = fine {
+                source = Source { t: Cow::Owned(fine), faces };
+            }
         }
         Self { tiers, regular }
     }
@@ -204,99 +185,5 @@ impl TileTrees {
     pub fn bytes(&self) -> usize {
         let node = |node: &Node| size_of::<Node>() + node.bytes();
         self.tiers.iter().flatten().map(node).sum()
-    }
-}
-
-/// The nodes of some faces, those of their children numbered within the chunk.
-struct Compiled {
-    nodes: Vec<Node>,
-    /// Distinct keys of children in order of appearance, each with the child's surroundings.
-    new: Vec<(Box<[u32]>, Topology)>,
-}
-
-impl Compiled {
-    fn of_chunk(sources: &[Topology], scheme: Scheme, left: u32) -> Self {
-        let mut compiler = Compiler {
-            scheme,
-            left,
-            known: Distinct::default(),
-            new: Vec::new(),
-            walk: Walk::default(),
-            cutter: Cutter::default(),
-            around: Surroundings::default(),
-            mask: Mask::default(),
-        };
-        let nodes = sources.iter().map(|source| compiler.node(source)).collect();
-        Self { nodes, new: compiler.new }
-    }
-}
-
-struct Compiler {
-    scheme: Scheme,
-    /// Levels from the nodes to the last one.
-    left: u32,
-    known: Distinct<Box<[u32]>>,
-    new: Vec<(Box<[u32]>, Topology)>,
-    walk: Walk,
-    cutter: Cutter,
-    around: Surroundings,
-    mask: Mask,
-}
-
-impl Compiler {
-    /// The node of face 0 of a small topology whose vertices are the face's ring.
-    fn node(&mut self, t: &Topology) -> Node {
-        let fine = refined(t, self.scheme);
-        let count = match self.scheme.split() {
-            SplitKind::Quads => t.sides(Face(0)),
-            SplitKind::Triangles => 4,
-        };
-        let mut slots = Slots { of: vec![NONE; fine.vertex_count()], points: Vec::new() };
-        let children = (0..count as u32).map(|f| self.child(&fine, Face(f), &mut slots)).collect();
-        let (mut terms, mut term_end) = (Vec::new(), Vec::with_capacity(slots.points.len()));
-        for &v in &slots.points {
-            refined_point(t, self.scheme, Parent::of(t, self.scheme, v), &mut self.mask, &mut terms);
-            term_end.push(terms.len() as u32);
-        }
-        Node { ring: t.vertex_count(), term_end, terms, children }
-    }
-
-    fn child(&mut self, t: &Topology, face: Face, slots: &mut Slots) -> Child {
-        if self.left == 1 {
-            return Child { kind: ChildKind::Corners, ring: slots.of_all(t.face_vertices(face)) };
-        }
-        let is_regular =
-            self.scheme.split() == SplitKind::Quads && t.face_vertices(face).iter().all(|&v| is_plain(t, Vertex(v)));
-        if is_regular {
-            return Child { kind: ChildKind::Regular, ring: slots.of_all(&plain_ring(t, face)) };
-        }
-        t.surroundings(face, 0, &mut self.walk, &mut self.around);
-        let (number, is_new) = self.known.number(&self.around.key);
-        if is_new {
-            self.cutter.cut_out(t, &self.around, &self.walk);
-            self.new.push((self.around.key.clone().into(), self.cutter.take()));
-        }
-        Child { kind: ChildKind::Node(number), ring: slots.of_all(&self.around.ring) }
-    }
-}
-
-/// The refined points that children need, in the order in which they ask for them.
-struct Slots {
-    /// By vertex of the refined topology.
-    of: Vec<u32>,
-    points: Vec<u32>,
-}
-
-impl Slots {
-    fn of_all(&mut self, vertices: &[u32]) -> Box<[u32]> {
-        let mut slot = |v: u32| {
-            let slot = &mut self.of[v as usize];
-            if *slot == NONE {
-                *slot = self.points.len() as u32;
-                self.points.push(v);
-            }
-            *slot
-        };
-        vertices.iter().map(|&v| slot(v)).collect()
     }
 }

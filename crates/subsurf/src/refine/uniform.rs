@@ -15,10 +15,6 @@ use rayon::prelude::*;
 use std::any::{Any, TypeId};
 use std::sync::OnceLock;
 
-/// Points of the widest ring that trees are made for: what a face at a vertex of some 60 faces has. Larger: matrices that grow
-/// with its square; smaller: more meshes that are refined level by level.
-const WIDEST_RING: usize = 128;
-
 /// A level of refinement in one step: how its vertices are made of the control points, and its faces, in the order of
 /// [`Level`]. Made once per connectivity; takes values of any attribute.
 ///
@@ -59,7 +55,27 @@ struct Plan {
     double: OnceLock<Maps<f64>>,
 }
 
+/// To make the tree of a group takes as long as to refine so many vertices level by level. Larger: more meshes with many kinds
+/// of faces are refined level by level, slower from the second time on and with more memory; smaller: refining once takes longer
+/// on such meshes.
+const VERTICES_PER_GROUP: usize = 64;
+
 impl Plan {
+    /// None where refinement level by level is the better way.
+    fn new(control: &Topology, scheme: Scheme, depth: u32, counts: Counts) -> Result<Option<Self>, MeshError> {
+        if depth == 0 {
+            return Ok(None);
+        }
+        let sharpened = TileTrees::sharpened(control, depth);
+        let t = sharpened.as_ref().unwrap_or(control);
+        let Some(rings) = FaceRings::new(t, scheme, false)? else { return Ok(None) };
+        if VERTICES_PER_GROUP * rings.representatives.len() > counts.vertices {
+            return Ok(None);
+        }
+        let trees = TileTrees::compile(t, scheme, &rings.representatives, depth);
+        Ok(Some(Self { rings, trees, single: OnceLock::new(), double: OnceLock::new() }))
+    }
+
     fn maps<T: Real>(&self, split: SplitKind) -> &Maps<T> {
         let single = || self.single.get_or_init(|| Maps::new(&self.trees, split)) as &dyn Any;
         let double = || self.double.get_or_init(|| Maps::new(&self.trees, split)) as &dyn Any;
@@ -89,17 +105,13 @@ impl UniformRefinement {
             counts = counts.refined(split)?;
         }
         let numbering = Numbering::new(&control, split, depth);
-        let rings = if depth == 0 { None } else { FaceRings::new(&control, scheme, WIDEST_RING)? };
-        let method = match rings {
-            Some(rings) => {
-                let trees = TileTrees::compile(&control, scheme, &rings.representatives, depth);
-                Method::Trees(Box::new(Plan { rings, trees, single: OnceLock::new(), double: OnceLock::new() }))
-            }
+        let method = match Plan::new(&control, scheme, depth, counts)? {
+            Some(plan) => Method::Trees(Box::new(plan)),
             None => {
                 let mut levels = Vec::with_capacity(depth as usize);
                 for _ in 0..depth {
-                    let next =
-                        levels.last().map_or_else(|| Ok(Level::from_topology(control.clone(), scheme)), Level::refine);
+                    let first = || Ok(Level::from_topology(control.clone(), scheme));
+                    let next = levels.last().map_or_else(first, Level::refine);
                     levels.push(next?);
                 }
                 Method::Levels(levels)
@@ -220,17 +232,39 @@ impl UniformRefinement {
         }
     }
 
-    /// Heap memory in bytes, the control mesh's tables left out.
-    pub fn bytes(&self) -> usize {
-        let method = match &self.method {
-            Method::Levels(_) => 0,
-            Method::Trees(plan) => {
-                let maps = plan.single.get().map_or(0, Maps::bytes) + plan.double.get().map_or(0, Maps::bytes);
-                plan.rings.bytes() + plan.trees.bytes() + maps
-            }
+    /// How much work there is, and memory.
+    pub fn size(&self) -> RefinementSize {
+        let Method::Trees(plan) = &self.method else {
+            return RefinementSize { bytes: self.numbering.bytes(), ..RefinementSize::default() };
         };
-        method + self.numbering.bytes()
+        let maps = plan.single.get().map_or(0, Maps::bytes) + plan.double.get().map_or(0, Maps::bytes);
+        RefinementSize {
+            regular_faces: plan.rings.plain_faces(),
+            groups: plan.rings.representatives.len(),
+            nodes: plan.trees.nodes(),
+            ring_bytes: plan.rings.bytes(),
+            tree_bytes: plan.trees.bytes() + maps,
+            bytes: plan.rings.bytes() + plan.trees.bytes() + maps + self.numbering.bytes(),
+        }
     }
+}
+
+/// Figures about a refinement in one step; zeros but for the memory where it goes level by level.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub struct RefinementSize {
+    /// Control faces that are refined as regular grids.
+    pub regular_faces: usize,
+    /// Groups of equal surroundings among the others.
+    pub groups: usize,
+    /// Small linear maps that these and the faces below them have together.
+    pub nodes: usize,
+    /// Bytes of what grows with the mesh.
+    pub ring_bytes: usize,
+    /// Bytes of the maps, also in the precisions that have been used so far.
+    pub tree_bytes: usize,
+    /// Bytes of all, the control mesh's tables left out.
+    pub bytes: usize,
 }
 
 /// Everything that values are made from.

@@ -4,7 +4,7 @@
 //! no digits. A regular quad is refined along u, then along v; tiles with one or two levels to come are one matrix; all others are
 //! one step of refinement and their children.
 
-use super::compose::{Composer, Placed, corners};
+use super::compose::{Composer, Placed, cells_of, corners};
 use super::tile_trees::{ChildKind, Node, TileTrees};
 use crate::kernel::{LANES, Matrix, vectorized};
 use crate::real::Real;
@@ -14,6 +14,9 @@ use rayon::prelude::*;
 /// Tiles with so many levels to come are one matrix. Larger: matrices of more rows than the rings of the children have
 /// points; smaller: steps for tiles of a few vertices.
 const DENSE_LEVELS: [usize; 2] = [2, 3];
+
+/// Values that a grid has beyond its last one, for whole blocks to be written.
+pub(super) const PADDING: usize = LANES;
 
 /// A node in the caller's precision.
 enum Map<T> {
@@ -29,8 +32,8 @@ pub(super) struct Maps<T> {
     tiers: Vec<Vec<Map<T>>>,
     /// By levels to come: coefficients of a regular grid along one axis.
     regular: Vec<Regular<T>>,
-    /// By levels to come: cells of a triangle, which is half a square.
-    cells: Vec<Vec<u32>>,
+    /// By levels to come: the cells of a tile that is one matrix.
+    cells: Vec<Vec<(usize, usize)>>,
 }
 
 /// Coefficients of the points of a regular grid along one axis.
@@ -44,25 +47,16 @@ impl<T: Real> Maps<T> {
         let levels = trees.tiers.len();
         let dense = DENSE_LEVELS[usize::from(split == SplitKind::Triangles)];
         let composer = Composer { trees, split };
-        let cells: Vec<Vec<u32>> = (0..=levels)
-            .map(|left| match split {
-                SplitKind::Triangles if left <= dense => {
-                    let size = 1u32 << left;
-                    (0..=size).flat_map(|j| (0..=size - j).map(move |i| j * (size + 1) + i)).collect()
-                }
-                _ => Vec::new(),
-            })
-            .collect();
+        let cells: Vec<Vec<(usize, usize)>> =
+            (0..=levels).map(|left| if left <= dense { cells_of(split, 1 << left) } else { Vec::new() }).collect();
         let map = |tier: usize, index: usize, node: &Node| {
             let left = levels - tier;
-            if left > dense || node.children.len() != 4 {
+            if node.cells.is_none() && (left > dense || node.children.len() != 4) {
                 return Map::Step(step(node));
             }
-            let rows = composer.node(tier, index);
-            let cell = |i: usize| if split == SplitKind::Triangles { cells[left][i] as usize } else { i };
-            let samples =
-                if split == SplitKind::Triangles { cells[left].len() } else { rows.weights.len() / node.ring };
-            Map::Dense(Matrix::new(samples, node.ring, |i, p| rows.row(cell(i))[p]))
+            let (rows, cells) = (composer.node(tier, index), &cells[left]);
+            let row = |k: usize| rows.row(Placed::alone(1 << left).cell(cells[k].0, cells[k].1));
+            Map::Dense(Matrix::new(cells.len(), node.ring, |k, p| row(k)[p]))
         };
         let tiers = trees
             .tiers
@@ -89,11 +83,12 @@ impl<T: Real> Maps<T> {
 }
 
 fn step<T: Real>(node: &Node) -> Matrix<T> {
-    let mut dense = vec![0.0; node.points() * node.ring];
-    for point in 0..node.points() {
-        node.terms(point).iter().for_each(|&(p, w)| dense[point * node.ring + p as usize] += w);
+    let points = node.points.len();
+    let mut dense = vec![0.0; points * node.ring];
+    for point in 0..points {
+        node.points.terms(point).iter().for_each(|&(p, w)| dense[point * node.ring + p as usize] += w);
     }
-    Matrix::new(node.points(), node.ring, |i, p| dense[i * node.ring + p])
+    Matrix::new(points, node.ring, |i, p| dense[i * node.ring + p])
 }
 
 /// Fills grids of cells with values; keeps its memory.
@@ -104,7 +99,7 @@ pub(super) struct Filler<'a, T, const N: usize> {
     points: Vec<Vec<[T; N]>>,
     ring: Vec<[T; N]>,
     tile: Vec<[T; N]>,
-    curves: Vec<T>,
+    curves: Vec<[T; LANES]>,
 }
 
 impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
@@ -119,14 +114,10 @@ impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
         self.node(0, root, ring, base, Placed::alone(size), size, out);
     }
 
-    /// All vertices of a quad with four plain corners.
+    /// All vertices of a quad with four plain corners, and [`PADDING`] more.
+    #[inline(always)]
     pub fn plain(&mut self, ring: &[[T; N]; 16], base: [T; N], size: usize, out: &mut [[T; N]]) {
-        let regular = &self.maps.regular[size.ilog2() as usize];
-        let curves = &mut self.curves;
-        vectorized(
-            #[inline(always)]
-            || regular.fill(ring, base, curves, out),
-        );
+        self.maps.regular[size.ilog2() as usize].fill(ring, base, &mut self.curves, out);
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -170,8 +161,11 @@ impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
                 ChildKind::Regular => {
                     let ring = std::array::from_fn(|k| points[child.ring[k] as usize]);
                     let mut tile = std::mem::take(&mut self.tile);
-                    tile.resize((size + 1) * (size + 1), [T::default(); N]);
-                    self.plain(&ring, base, size, &mut tile);
+                    tile.resize((size + 1) * (size + 1) + PADDING, [T::default(); N]);
+                    vectorized(
+                        #[inline(always)]
+                        || self.plain(&ring, base, size, &mut tile),
+                    );
                     copy_rows(&tile, at, size, out);
                     self.tile = tile;
                 }
@@ -205,51 +199,73 @@ impl<'a, T: Real, const N: usize> Filler<'a, T, N> {
             return copy_rows(tile, at, size, out);
         }
         let cells = &self.maps.cells[size.ilog2() as usize];
-        for (&cell, value) in cells.iter().zip(tile) {
-            out[at.cell(cell as usize % (size + 1), cell as usize / (size + 1))] = *value;
-        }
+        cells.iter().zip(tile).for_each(|(&(i, j), value)| out[at.cell(i, j)] = *value);
     }
 }
 
 /// Rows of a tile by itself into the grid that it is part of.
 fn copy_rows<V: Copy>(tile: &[V], at: Placed, size: usize, out: &mut [V]) {
-    for (j, row) in tile.chunks_exact(size + 1).enumerate() {
-        out[at.cell(0, j)..][..size + 1].copy_from_slice(row);
+    for (j, row) in tile.chunks_exact(size + 1).take(size + 1).enumerate() {
+        let start = at.cell(0, j);
+        out[start..start + size + 1].iter_mut().zip(row).for_each(|(to, from)| *to = *from);
     }
 }
 
 impl<T: Real> Regular<T> {
-    /// Along u for each of the four rows of points, then along v for whole rows of values at once.
+    /// Along u for all four rows of points at once, then along v for whole rows of values at once. Rows are written in whole
+    /// blocks, and what one writes beyond its end the next one overwrites: `out` has [`PADDING`] values more.
     #[inline(always)]
-    fn fill<const N: usize>(&self, ring: &[[T; N]; 16], base: [T; N], curves: &mut Vec<T>, out: &mut [[T; N]]) {
+    fn fill<const N: usize>(
+        &self,
+        ring: &[[T; N]; 16],
+        base: [T; N],
+        curves: &mut Vec<[T; LANES]>,
+        out: &mut [[T; N]],
+    ) {
         let length = self.rows.len() * N;
-        // Rows of whole blocks; the last row is the base.
-        let width = length.next_multiple_of(LANES);
-        curves.resize(5 * width, T::default());
-        for (i, a) in self.rows.iter().enumerate() {
-            for y in 0..4 {
-                for c in 0..N {
-                    let p = |x: usize| ring[4 * y + x][c];
-                    curves[y * width + i * N + c] = a[0] * p(0) + a[1] * p(1) + a[2] * p(2) + a[3] * p(3);
+        let blocks = length.div_ceil(LANES);
+        curves.resize(5 * blocks, [T::default(); LANES]);
+        let flat = curves.as_flattened_mut();
+        let width = blocks * LANES;
+        if 4 * N <= LANES {
+            // Columns of the ring, one component of one row to a lane.
+            let mut columns = [[T::default(); LANES]; 4];
+            for (x, column) in columns.iter_mut().enumerate() {
+                for y in 0..4 {
+                    column[y * N..][..N].copy_from_slice(&ring[4 * y + x]);
                 }
             }
-            curves[4 * width + i * N..][..N].copy_from_slice(&base);
-        }
-        let (curves, _) = curves.as_chunks::<LANES>();
-        let blocks = width / LANES;
-        let flat = out.as_flattened_mut();
-        for (j, b) in self.rows.iter().enumerate() {
-            let row = &mut flat[j * length..][..length];
-            for k in 0..blocks {
+            for (i, a) in self.rows.iter().enumerate() {
                 let mut sum = [T::default(); LANES];
                 for lane in 0..LANES {
-                    let p = |y: usize| curves[y * blocks + k][lane];
-                    let q = b[0] * p(0) + b[1] * p(1) + b[2] * p(2) + b[3] * p(3);
-                    sum[lane] = p(4) + q;
+                    let p = |x: usize| columns[x][lane];
+                    sum[lane] = a[0] * p(0) + a[1] * p(1) + a[2] * p(2) + a[3] * p(3);
                 }
-                let part = &mut row[k * LANES..];
-                let count = part.len().min(LANES);
-                part[..count].copy_from_slice(&sum[..count]);
+                for y in 0..4 {
+                    flat[y * width + i * N..][..N].copy_from_slice(&sum[y * N..][..N]);
+                }
+            }
+        } else {
+            for (i, a) in self.rows.iter().enumerate() {
+                for y in 0..4 {
+                    for c in 0..N {
+                        let p = |x: usize| ring[4 * y + x][c];
+                        flat[y * width + i * N + c] = a[0] * p(0) + a[1] * p(1) + a[2] * p(2) + a[3] * p(3);
+                    }
+                }
+            }
+        }
+        (0..self.rows.len()).for_each(|i| flat[4 * width + i * N..][..N].copy_from_slice(&base));
+        let flat = out.as_flattened_mut();
+        // From the last block to the first: what one writes beyond its row belongs to the first block of the next row.
+        for k in (0..blocks).rev() {
+            let [p, q, r, s, base] = [0, 1, 2, 3, 4].map(|y| curves[y * blocks + k]);
+            for (j, b) in self.rows.iter().enumerate() {
+                let part = &mut flat[j * length + k * LANES..][..LANES];
+                for lane in 0..LANES {
+                    let sum = b[0] * p[lane] + b[1] * q[lane] + b[2] * r[lane] + b[3] * s[lane];
+                    part[lane] = base[lane] + sum;
+                }
             }
         }
     }

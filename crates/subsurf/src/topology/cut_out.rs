@@ -69,6 +69,16 @@ impl Slots {
 }
 
 impl Walk {
+    /// As if a walk had met faces and vertices in the order of the lists.
+    pub(super) fn over(t: &impl Tables, around: &Surroundings) -> Self {
+        let mut walk = Self::default();
+        walk.vertex_slot.clear();
+        walk.face_slot.clear();
+        around.ring.iter().zip(0..).for_each(|(&v, slot)| walk.vertex_slot.set(v, slot));
+        around.faces.iter().zip(0..).for_each(|(&h, slot)| walk.face_slot.set(t.face(HalfEdge(h)).0, slot));
+        walk
+    }
+
     /// Position in the ring of a vertex that the last walk met.
     pub(super) fn vertex(&self, v: Vertex) -> Option<u32> {
         self.vertex_slot.get(v.0)
@@ -91,6 +101,25 @@ pub(crate) struct Surroundings {
     pub key: Vec<u32>,
     /// By how much finite sharpness is [lowered] in the key.
     pub raise: i8,
+    /// Where sharpness stands in the key, two numbers each.
+    sharpness: Vec<u32>,
+}
+
+impl Surroundings {
+    /// Makes the key that of the same surroundings lowered by `raise`. All finite sharpness there and here is above 0.
+    pub fn lower(&mut self, raise: i8) {
+        let by = raise - std::mem::replace(&mut self.raise, raise);
+        for at in self.sharpness.iter().map(|&at| at as usize) {
+            let s = f64::from_bits(u64::from(self.key[at]) << 32 | u64::from(self.key[at + 1]));
+            self.key[at..at + 2].copy_from_slice(&number(lowered(s, by)));
+        }
+    }
+}
+
+/// A number in a key.
+fn number(s: f64) -> [u32; 2] {
+    let bits = s.to_bits();
+    [(bits >> 32) as u32, bits as u32]
 }
 
 impl Topology {
@@ -115,6 +144,7 @@ pub(crate) trait Around: Tables {
         out.ring.clear();
         out.faces.clear();
         out.key.clear();
+        out.sharpness.clear();
         walk.vertex_slot.clear();
         walk.face_slot.clear();
         let corner = |i: usize| self.half_edge(face, (start + i) % sides);
@@ -141,7 +171,7 @@ pub(crate) trait Around: Tables {
                     at = h;
                 }
             }
-            self.note_sharpness(own, closed, raise, &mut out.key);
+            self.note_sharpness(own, closed, out);
         }
     }
 
@@ -174,27 +204,27 @@ pub(crate) trait Around: Tables {
 
     /// Sharpness at the origin of `own` as far as it is not zero: of the vertex, of the spokes in walking order, of
     /// edges of other sheets.
-    fn note_sharpness(&self, own: HalfEdge, closed: bool, raise: i8, key: &mut Vec<u32>) {
+    fn note_sharpness(&self, own: HalfEdge, closed: bool, out: &mut Surroundings) {
+        let Surroundings { key, raise, sharpness, .. } = out;
         let v = self.origin(own);
         let s = self.vertex_sharpness(v);
         if s == 0.0 && self.sharp_edges(v).next().is_none() && self.foreign_sharpness(v).is_empty() {
             return;
         }
-        let number = |s: f64| {
-            let bits = lowered(s, raise).to_bits();
-            [(bits >> 32) as u32, bits as u32]
+        let mut note = |s: f64, key: &mut Vec<u32>| {
+            sharpness.push(key.len() as u32);
+            key.extend(number(lowered(s, *raise)));
         };
-        let mut note = |s: f64| key.extend(number(s));
-        note(s);
+        note(s, key);
         let mut seen = Vec::with_capacity(8);
         let mut spoke = |e: Edge, seen: &mut Vec<u32>| {
-            note(self.edge_sharpness(e));
+            note(self.edge_sharpness(e), key);
             if self.interpolation() == Interpolation::LinearBoundaries {
                 // Where sheets meet, an edge without twin is no boundary.
-                note(f64::from(self.edge_flags(e).boundary));
+                key.push(self.edge_flags(e).boundary.into());
             }
             if self.far_end_matters(e) {
-                note(edge_half(self, e, self.other_end(e, v)));
+                note(edge_half(self, e, self.other_end(e, v)), key);
             }
             seen.push(e.0);
         };
@@ -217,7 +247,7 @@ pub(crate) trait Around: Tables {
         let foreign = self.foreign_edges(v, &seen);
         for others in [&foreign[..], &self.across_seam(v)] {
             key.push(others.len() as u32);
-            others.iter().for_each(|&s| key.extend(number(s)));
+            others.iter().for_each(|&s| note(s, key));
         }
     }
 

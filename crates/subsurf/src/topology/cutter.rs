@@ -33,8 +33,19 @@ impl Cutter {
     /// that gave `around`, and has done nothing since.
     pub fn cut_out(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
         self.faces(t, around, walk);
-        self.edges(t, around, walk);
-        self.vertices(t, around);
+        let own = own_corners(&self.cut);
+        self.edges(t, around, walk, own);
+        self.vertices(t, around, own);
+    }
+
+    /// Makes some faces a topology of their own, each turned so that the half-edge that stands for it comes first. At the
+    /// first `own` vertices of the ring, all of whose faces round some corner are there, everything is as in `t`.
+    pub fn part(t: &impl Tables, around: &Surroundings, own: usize) -> Topology {
+        let (mut cutter, walk) = (Self::default(), Walk::over(t, around));
+        cutter.faces(t, around, &walk);
+        cutter.edges(t, around, &walk, own as u32);
+        cutter.vertices(t, around, own as u32);
+        cutter.take()
     }
 
     /// Gives away the last topology.
@@ -51,7 +62,11 @@ impl Cutter {
     fn faces(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
         let Self { cut, half_edges, .. } = self;
         let lists = [&mut *half_edges, &mut cut.face_offset, &mut cut.origin, &mut cut.twin];
-        lists.into_iter().for_each(Vec::clear);
+        for list in lists {
+            list.clear();
+            // Most faces are quads.
+            list.reserve(4 * around.faces.len() + 1);
+        }
         cut.face_offset.push(0);
         for &h in &around.faces {
             let mut at = HalfEdge(h);
@@ -77,15 +92,20 @@ impl Cutter {
     }
 
     /// Edges keep their identity, so that the two faces of a non-manifold edge still share it.
-    fn edges(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
+    fn edges(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk, own: u32) {
         let Self { cut, half_edges, edges, non_manifold } = self;
         [&mut *edges, &mut *non_manifold, &mut cut.edge, &mut cut.edge_half_edge].into_iter().for_each(Vec::clear);
         cut.edge_vertices.clear();
         cut.edge_flags.clear();
         cut.edge_sharpness.clear();
         cut.far_half.clear();
-        // The face's own corners come first in the ring; a degenerate face names one twice.
-        let own = own_corners(cut);
+        cut.edge.reserve(half_edges.len());
+        // Euler's formula for a disc.
+        let count = around.ring.len() + around.faces.len();
+        edges.reserve(count);
+        cut.edge_half_edge.reserve(count);
+        cut.edge_vertices.reserve(count);
+        cut.edge_flags.reserve(count);
         for (i, &h) in half_edges.iter().enumerate() {
             let (h, twin) = (HalfEdge(h), cut.twin[i]);
             if twin != NONE && (twin as usize) < i {
@@ -126,7 +146,7 @@ impl Cutter {
         }
     }
 
-    fn vertices(&mut self, t: &impl Tables, around: &Surroundings) {
+    fn vertices(&mut self, t: &impl Tables, around: &Surroundings, own: u32) {
         let Self { cut, edges, .. } = self;
         let count = around.ring.len();
         cut.vertex_count = count;
@@ -140,7 +160,7 @@ impl Cutter {
         ring().for_each(|v| cut.vertex_sharpness.push(lowered(t.vertex_sharpness(v), around.raise)));
         cut.foreign_sharpness.clear();
         cut.across_seam.clear();
-        for (i, v) in ring().enumerate().take(own_corners(cut) as usize) {
+        for (i, v) in ring().enumerate().take(own as usize) {
             let lists = [t.foreign_edges(v, edges).into(), t.across_seam(v)];
             for (list, of) in lists.into_iter().zip([&mut cut.foreign_sharpness, &mut cut.across_seam]) {
                 if !list.is_empty() {
@@ -156,7 +176,7 @@ impl Cutter {
     }
 }
 
-/// Number of vertices that are corners of face 0.
+/// Number of vertices that are corners of face 0: they come first in the ring. A degenerate face names one twice.
 fn own_corners(cut: &Topology) -> u32 {
     cut.face_vertices(Face(0)).iter().max().map_or(0, |&v| v + 1)
 }

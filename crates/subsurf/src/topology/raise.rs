@@ -14,7 +14,7 @@ use crate::sharpness::is_semi_sharp;
 use crate::tags::Creasing;
 
 /// The lowest finite sharpness at the corners of a face, of edges, vertices and whatever else the rules see there.
-pub(crate) fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> {
+fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> {
     let mut lowest = f64::INFINITY;
     let mut note = |s: f64| lowest = if is_semi_sharp(s) { lowest.min(s) } else { lowest };
     for v in (0..t.sides(face)).map(|c| t.origin(t.half_edge(face, c))) {
@@ -26,12 +26,34 @@ pub(crate) fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> 
 }
 
 /// The whole number that lowers the lowest finite sharpness at the corners of a face into (0, 1]; 0 where there is none.
-/// A raise is this less 1, and not below 0.
 pub(crate) fn excess(t: &impl Tables, face: Face) -> u8 {
-    if t.rules().creasing == Creasing::Chaikin {
-        return 0;
+    Lowest::of(t, face).excess()
+}
+
+/// The lowest finite sharpness at the corners of a face, if there is one that may be lowered.
+#[derive(Clone, Copy)]
+pub(crate) struct Lowest(Option<f64>);
+
+impl Lowest {
+    pub fn of(t: &impl Tables, face: Face) -> Self {
+        let is_movable = t.rules().creasing == Creasing::Uniform;
+        Self(if is_movable { lowest_semi_sharpness(t, face) } else { None })
     }
-    lowest_semi_sharpness(t, face).map_or(0, |s| s.ceil() as u8 - 1)
+
+    /// See [`excess`].
+    pub fn excess(self) -> u8 {
+        self.0.map_or(0, |s| s.ceil() as u8 - 1)
+    }
+
+    /// By how much all finite sharpness can be lowered without any rule noticing.
+    pub fn raise(self) -> u8 {
+        self.excess().saturating_sub(1)
+    }
+
+    /// True where the next step takes the lowest sharpness to 0, or part of it.
+    pub fn ends(self) -> bool {
+        self.0.is_some_and(|s| s <= 1.0)
+    }
 }
 
 /// Sharpness `s` with all that is finite lowered by `raise`.

@@ -74,6 +74,16 @@ impl SharpnessColumn {
         (0..self.len()).map(|i| self.get(i))
     }
 
+    /// Every value other than 0 and 10 that an element has, and perhaps some that one had.
+    pub fn distinct(&self) -> impl Iterator<Item = f64> + '_ {
+        self.values[2..].iter().chain(self.rare.values()).copied()
+    }
+
+    /// Changes all values other than 0 and 10.
+    pub fn change_values(&mut self, change: impl Fn(f64) -> f64) {
+        self.values[2..].iter_mut().chain(self.rare.values_mut()).for_each(|s| *s = change(*s));
+    }
+
     /// Elements that are not smooth, in order.
     pub fn sharp(&self) -> impl Iterator<Item = usize> + '_ {
         // Most blocks are smooth as a whole.

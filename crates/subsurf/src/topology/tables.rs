@@ -8,7 +8,6 @@ use std::borrow::Cow;
 /// Half-edge tables with effective sharpness; see [`Topology`] for the meaning of each.
 pub(crate) trait Tables: Sized {
     fn vertex_count(&self) -> usize;
-    fn face_count(&self) -> usize;
     fn rules(&self) -> &Rules;
     fn interpolation(&self) -> Interpolation;
     fn sides(&self, face: Face) -> usize;
@@ -43,9 +42,6 @@ pub(crate) trait Tables: Sized {
 impl Tables for Topology {
     fn vertex_count(&self) -> usize {
         self.vertex_count
-    }
-    fn face_count(&self) -> usize {
-        self.face_offset.len() - 1
     }
     fn rules(&self) -> &Rules {
         &self.rules

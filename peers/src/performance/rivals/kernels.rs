@@ -65,7 +65,7 @@ impl KernelMesh {
     pub fn refine(&self, level: u32) -> Result<RefinementResult, String> {
         let levels = NonZeroU8::new(level as u8).expect("one level at least");
         guarded(|| {
-            let refiner = Refiner::new(self.mesh.clone(), self.scheme, self.options.clone())?;
+            let refiner = Refiner::new(self.mesh.clone(), self.scheme, self.options)?;
             refiner.refine_uniform(&UniformRefine::from(levels))
         })
     }

@@ -30,6 +30,7 @@ unsafe extern "C" {
     fn peer_patches(
         shape: *const PeerShape,
         isolation: c_int,
+        smooth_isolation: c_int,
         single_crease: c_int,
         error: *mut c_char,
         size: c_int,
@@ -101,12 +102,25 @@ impl Patches {
     ///
     /// # Errors
     /// What OpenSubdiv says when it refuses the mesh.
-    pub fn new(mesh: &CShape<'_>, shape: &Shape, isolation: u32, single_crease: bool) -> Result<Self, String> {
-        assert!((1..=10).contains(&isolation), "isolation is between 1 and 10");
+    pub fn new(mesh: &CShape<'_>, shape: &Shape, isolation: u32) -> Result<Self, String> {
+        Self::with_creases(mesh, shape, [isolation; 2], false)
+    }
+
+    /// The same with levels at sharp and at smooth features, and a choice of single-crease patches.
+    ///
+    /// # Errors
+    /// As [`Patches::new`].
+    pub fn with_creases(
+        mesh: &CShape<'_>,
+        shape: &Shape,
+        isolation: [u32; 2],
+        single_crease: bool,
+    ) -> Result<Self, String> {
+        assert!(isolation.iter().all(|level| (1..=10).contains(level)), "isolation is between 1 and 10");
+        let [sharp, smooth] = isolation.map(|level| level as c_int);
         or_error(shape, |error, size| {
             // SAFETY: the lists of `mesh` have the lengths it says; OpenSubdiv copies them.
-            let patches =
-                unsafe { peer_patches(&mesh.peer, isolation as c_int, c_int::from(single_crease), error, size) };
+            let patches = unsafe { peer_patches(&mesh.peer, sharp, smooth, c_int::from(single_crease), error, size) };
             let control = shape.positions.len();
             (!patches.is_null()).then_some(Self { patches, control, located: 0 })
         })

@@ -9,13 +9,16 @@ use super::super::rivals::uniform::Uniform;
 use super::super::{floor, ours};
 use super::{Context, Emit};
 
+/// The refinement of more faces would take more memory than a workstation has.
+const MOST_REFINED: usize = 2_000_000;
+
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, mesh) = (context.case, &context.mesh);
     let mut contest = Contest::new("patch table", "face", case.faces());
     contest.enter_cold(OURS, || Ok(ours::build(case)));
     for (name, isolation, most) in [(FAR_4, 4, 130_000), (FAR_6, 6, 30_000)] {
         match context.at_most(most) {
-            Ok(()) => contest.enter_cold(name, move || Patches::new(mesh, &case.shape, isolation, false)),
+            Ok(()) => contest.enter_cold(name, move || Patches::new(mesh, &case.shape, isolation)),
             Err(why) => contest.absent(name, why),
         };
     }
@@ -45,23 +48,23 @@ pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let mut contest = Contest::new("patch table", "face", case.faces());
     contest.enter_cold(OURS, || Ok(ours::build(case)));
     match context.at_most(130_000) {
-        Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4, false)),
+        Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4)),
         Err(why) => contest.absent(FAR_4, why),
     };
     context.run(contest, emit);
+    if case.faces() > MOST_REFINED {
+        return Ok(());
+    }
 
     let [vertices, faces] = case.refined_counts(1);
     let mut contest = Contest::new("level 1, cold", "output vertex", vertices);
     contest.enter_cold(OURS, || Ok(ours::refine(case, 1)));
-    match context.at_most(1_300_000) {
-        Ok(()) => contest.enter_cold(FAR, || {
-            let refined = Uniform::new(mesh, &case.shape, 1)?;
-            let mut points = refined.points(context.control());
-            refined.interpolate(context.control(), &mut points);
-            Ok((refined, points))
-        }),
-        Err(why) => contest.absent(FAR, why),
-    };
+    contest.enter_cold(FAR, || {
+        let refined = Uniform::new(mesh, &case.shape, 1)?;
+        let mut points = refined.points(context.control());
+        refined.interpolate(context.control(), &mut points);
+        Ok((refined, points))
+    });
     contest.enter_cold(FLOOR, || Ok(floor::fresh(vertices, faces)));
     context.run(contest, emit);
     Ok(())

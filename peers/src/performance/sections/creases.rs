@@ -17,6 +17,8 @@ use subsurf::Crease;
 
 const SHARPNESSES: [f64; 14] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 const RATE: u32 = 8;
+/// Levels at extraordinary vertices where nothing is sharp.
+const SMOOTH: u32 = 4;
 
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let quick = [1.0, 4.0, 10.0];
@@ -31,15 +33,15 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
 
 fn at(context: &Context<'_>, case: &Case, sharpness: f64, emit: Emit<'_>) -> Result<(), String> {
     let mesh = CShape::new(&case.shape);
-    // As many levels as the creases need: beyond, nothing changes.
-    let isolation = (sharpness.ceil() as u32).clamp(4, 10);
-    let rivals = [(FAR_10, false), (FAR_10_SINGLE, true)];
+    // As many levels as the creases need, infinitely sharp ones none; 4 at extraordinary vertices.
+    let isolation = if sharpness < 10.0 { (sharpness.ceil() as u32).max(SMOOTH) } else { SMOOTH };
+    let rivals = [(FAR_CREASES, false), (FAR_SINGLE, true)];
 
     let mut contest = Contest::new(format!("{sharpness}: build"), "face", case.faces());
     contest.enter_cold(OURS, || Ok(ours::build(case)));
     for (name, single) in rivals {
         let mesh = &mesh;
-        contest.enter_cold(name, move || Patches::new(mesh, &case.shape, isolation, single));
+        contest.enter_cold(name, move || Patches::with_creases(mesh, &case.shape, [isolation, SMOOTH], single));
     }
     context.run(contest, emit);
 
@@ -48,7 +50,8 @@ fn at(context: &Context<'_>, case: &Case, sharpness: f64, emit: Emit<'_>) -> Res
     let mut entries = vec![Entry::value(OURS, ours::table_bytes(&table) as f64)];
     let mut built = Vec::new();
     for (name, single) in rivals {
-        let (memory, patches) = clock::memory_of(|| Patches::new(&mesh, &case.shape, isolation, single));
+        let (memory, patches) =
+            clock::memory_of(|| Patches::with_creases(&mesh, &case.shape, [isolation, SMOOTH], single));
         let patches = patches?;
         let points = 12 * patches.counts()[0];
         match memory {
@@ -71,8 +74,8 @@ fn at(context: &Context<'_>, case: &Case, sharpness: f64, emit: Emit<'_>) -> Res
 
     let grid = Places::grid(case, RATE).by_face();
     let out = RefCell::new(Frames::new(grid.len()));
-    let tessellator = ours::Tessellator::new(&table, RATE, true);
-    let mut ours_out = ours::Samples::default();
+    let tessellator = ours::Tessellator::new(&table, control, RATE, true);
+    let mut ours_out = tessellator.samples();
     let mut contest = Contest::new(format!("{sharpness}: frame"), "place", grid.len());
     contest.enter(OURS, || {
         tessellator.update(control, &mut ours_out);

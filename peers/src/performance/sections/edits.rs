@@ -39,7 +39,7 @@ fn others<'a>(context: &Context<'a>, contest: &mut Contest<'a>, mesh: &'a CShape
     let case = context.case;
     contest.enter(OURS_ANEW, || Ok(ours::build(case)));
     match context.at_most(130_000) {
-        Ok(()) => contest.enter(FAR_4, || Patches::new(mesh, shape, 4, false)),
+        Ok(()) => contest.enter(FAR_4, || Patches::new(mesh, shape, 4)),
         Err(why) => contest.absent(FAR_4, why),
     };
 }

@@ -11,9 +11,12 @@ use super::super::{floor, ours};
 use super::{Context, Emit};
 use std::cell::RefCell;
 
+/// Places on a face, on average: as many as a small tessellation has, or a texture bake at low resolution.
+const PER_FACE: usize = 16;
+
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, mesh) = (context.case, &context.mesh);
-    let count = if context.quick { 30_000 } else { 200_000 };
+    let count = (PER_FACE * case.faces()).clamp(30_000, if context.quick { 200_000 } else { 1_600_000 });
     let random = Places::random(case, count);
     let table = ours::build(case);
     let control = context.control();
@@ -21,7 +24,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     // Isolation 6 of a hundred thousand faces takes gigabytes.
     let isolation = if case.faces() > 50_000 { 4 } else { 6 };
     let far_name = if isolation == 6 { FAR_6 } else { FAR_4 };
-    let mut patches = Patches::new(mesh, &case.shape, isolation, false)?;
+    let mut patches = Patches::new(mesh, &case.shape, isolation)?;
     let mut points = patches.points();
     patches.interpolate(control, &mut points);
     let mut surfaces = FaceSurfaces::new(mesh, &case.shape)?;

@@ -48,7 +48,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let mut entries = vec![Entry::value(OURS, ours::table_bytes(&table) as f64 / case.faces() as f64)];
     for (name, isolation, most) in [(FAR_4, 4, 130_000), (FAR_6, 6, 30_000)] {
         entries.push(match context.at_most(most) {
-            Ok(()) => told(name, memory_of(|| Patches::new(mesh, &case.shape, isolation, false)), per_face),
+            Ok(()) => told(name, memory_of(|| Patches::new(mesh, &case.shape, isolation)), per_face),
             Err(why) => Entry::absent(name, &why),
         });
     }

@@ -69,7 +69,7 @@ pub fn limit(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let places = Places::random(case, if context.quick { 2_000 } else { 10_000 }).by_face();
     let (at, ptex) = (places.ours(), places.ptex());
     let table = ours::build(case);
-    let patches = Patches::new(mesh, &case.shape, 4, false)?;
+    let patches = Patches::new(mesh, &case.shape, 4)?;
 
     let mut contest = Contest::new("build", "place", places.len());
     contest.enter_cold(OURS, || Ok(ours::limit_stencils(&table, &at)));

@@ -17,8 +17,8 @@ const LEVEL: u32 = 3;
 
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, mesh) = (context.case, &context.mesh);
-    // Faces 4^level times: a few million points at most.
-    let level = if case.faces() > 50_000 { LEVEL - 1 } else { LEVEL };
+    // About a million points at most.
+    let level = if case.faces() > 10_000 { LEVEL - 1 } else { LEVEL };
     let rate = 1 << level;
     let grid = Places::grid(case, rate).by_face();
     let ptex = grid.ptex();
@@ -48,7 +48,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         contest.noting(far_agrees.unwrap_or_default());
         match context.at_most(30_000) {
             Ok(()) => contest.enter_cold(OSD, || {
-                let mut patches = Patches::new(mesh, &case.shape, 4, false)?;
+                let mut patches = Patches::new(mesh, &case.shape, 4)?;
                 let mut all = patches.points();
                 patches.interpolate(control, &mut all);
                 patches.locate(&ptex)?;
@@ -92,7 +92,7 @@ fn warm(
     let rate = 1 << level;
     let with = if normals { "with normals" } else { "positions" };
     let frame = case.frame(1);
-    let tessellator = ours::Tessellator::new(table, rate, normals);
+    let tessellator = ours::Tessellator::new(table, context.control(), rate, normals);
     let refined = Uniform::full(mesh, &case.shape, level)?;
     let refined_points = RefCell::new(refined.points(context.control()));
     let refined_out = RefCell::new(Frames::new(refined.vertex_count()));
@@ -103,11 +103,11 @@ fn warm(
     let quads = grid.quads();
     let embree =
         if case.all_quads() { Embree::new(mesh, &case.shape, &frame) } else { Err("not run: quads only".to_string()) };
-    let mut ours_out = ours::Samples::default();
+    let mut ours_out = tessellator.samples();
     let floor_out = RefCell::new([0; 2].map(|_| vec![[0f32; 3]; points]));
 
     let mut patches = match context.at_most(30_000) {
-        Ok(()) => Patches::new(mesh, &case.shape, 4, false),
+        Ok(()) => Patches::new(mesh, &case.shape, 4),
         Err(why) => Err(why),
     };
     if let Ok(patches) = &mut patches {

@@ -24,13 +24,12 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let [vertices, _] = case.refined_counts(level);
     let refinement = ours::Refinement::new(case, level);
     let table = ours::build(case);
-    let tessellator = ours::Tessellator::new(&table, 4, true);
+    let tessellator = ours::Tessellator::new(&table, control, 4, true);
     let places = Places::random(case, if context.quick { 50_000 } else { 500_000 }).by_face().ours();
     let surface = table.surface(control);
     let rows = Mutex::new(vec![[[0f32; 3]; 3]; places.len()]);
     let out = Mutex::new(vec![[0f32; 3]; vertices]);
-    let samples = Mutex::new(ours::Samples::default());
-    tessellator.update(control, &mut lock(&samples));
+    let samples = Mutex::new(tessellator.samples());
     let points = lock(&samples).points.len();
 
     let mut contest = |what: &str, unit, count, work: &(dyn Fn() + Sync)| {
@@ -93,7 +92,7 @@ fn same_bits(
         pool.install(|| {
             let cold = ours::refine(case, level);
             let mut warm = vec![[0.0; 3]; cold.positions.len()];
-            let mut samples = ours::Samples::default();
+            let mut samples = tessellator.samples();
             refinement.update(&case.control, &mut warm);
             tessellator.update(&case.control, &mut samples);
             (cold.positions, cold.corners, warm, samples)

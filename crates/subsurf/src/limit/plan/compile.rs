@@ -6,7 +6,7 @@ use super::super::corner::{
 };
 use super::super::linear_boundary::{LinearEnds, has_side};
 use super::super::local_step::child_vertex_by;
-use super::super::plan_key::{Key, Keys, canonical_corner};
+use super::super::plan_key::{Key, Keys, canonical_corner_lowered};
 use super::super::rows::{Accumulator, Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
@@ -15,11 +15,9 @@ use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, SpecialVertices, Sp
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
 use crate::mask::Mask;
-use crate::refine::NextLevel;
+use crate::refine::{NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
-use crate::topology::{
-    Around, Cutter, Interpolation, NONE, Surroundings, Tables, Topology, Walk, excess, lowest_semi_sharpness,
-};
+use crate::topology::{Around, Cutter, Interpolation, Lowest, NONE, Surroundings, Tables, Topology, Walk};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -47,12 +45,16 @@ impl Plans {
         let known = &numbers.known;
         let starts: Vec<MadeLink> = places
             .par_iter()
-            .map_init(Scratch::default, |scratch, &(face, corner)| {
-                link(mesh, Face(face), corner as usize, known, scratch)
+            .map_init(Walked::default, |around, &(face, corner)| {
+                let raise = Lowest::of(mesh, Face(face)).raise();
+                let place = Place { face: Face(face), start: corner, raise: raise as i8 };
+                around.go(mesh, place);
+                link(&around.list, place, raise, known)
             })
             .collect();
         self.plans.extend(starts.into_iter().map(|start| numbers.link(start, None)));
         for _ in 0..DEEPEST {
+            numbers.known.reserve(numbers.open.len());
             let open = std::mem::take(&mut numbers.open);
             if open.is_empty() {
                 self.parts.grow(self.plans.len());
@@ -93,8 +95,14 @@ struct Place {
 
 /// A node that is to be made: of a face of the mesh, or of the level below a cut-out.
 struct Open {
-    parent: Option<Arc<Topology>>,
+    parent: Option<Arc<Parent>>,
     place: Place,
+}
+
+/// A cut-out, and the half-edges of the level below.
+struct Parent {
+    cut: Topology,
+    half_edges: NextHalfEdges,
 }
 
 /// Where a child or a plan leads to.
@@ -120,7 +128,7 @@ pub(in crate::limit) struct Numbers {
 }
 
 impl Numbers {
-    fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Topology>>) -> Link {
+    fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
         let next = self.known.len() as u32;
         let node = match node {
             MadeNode::Known(node) => node,
@@ -143,7 +151,7 @@ enum MadeBody {
     Leaf(Leaf),
     /// The surroundings, where some child has a new key, and all four children or the first alone.
     Split {
-        parent: Option<Arc<Topology>>,
+        parent: Option<Arc<Parent>>,
         points: Rows,
         children: Vec<MadeChild>,
         ends: Option<LinearEnds>,
@@ -168,10 +176,28 @@ impl MadeChild {
 /// Reusable memory.
 #[derive(Default)]
 struct Scratch {
-    walk: Walk,
-    around: Surroundings,
+    around: Walked,
     cutter: Cutter,
     points: RefinedPoints,
+    half_edges: NextHalfEdges,
+}
+
+/// A walk, and the surroundings that it met.
+#[derive(Default)]
+struct Walked {
+    walk: Walk,
+    list: Surroundings,
+}
+
+impl Walked {
+    fn go(&mut self, t: &impl Tables, Place { face, start, raise }: Place) {
+        t.lowered_surroundings(face, start as usize, raise, &mut self.walk, &mut self.list);
+    }
+
+    fn cut_out(&mut self, t: &impl Tables, place: Place, cutter: &mut Cutter) {
+        self.go(t, place);
+        cutter.cut_out(t, &self.list, &self.walk);
+    }
 }
 
 struct Compiler<'a> {
@@ -182,40 +208,50 @@ struct Compiler<'a> {
 
 impl Compiler<'_> {
     fn node(&self, open: &Open, known: &Keys, scratch: &mut Scratch) -> Made {
+        let split = self.scheme.split();
+        let Scratch { around, cutter, points, half_edges } = scratch;
         match &open.parent {
-            None => cut_out(self.mesh, open.place, scratch),
-            Some(parent) => cut_out(&NextLevel::new(parent, self.scheme.split()), open.place, scratch),
+            None => around.cut_out(self.mesh, open.place, cutter),
+            Some(parent) => {
+                around.cut_out(&NextLevel::new(&parent.cut, split, &parent.half_edges), open.place, cutter);
+            }
         }
-        let t = scratch.cutter.take();
+        let t = cutter.take();
         let ring = t.vertex_count();
         let is_patch = t.sides(Face(0)) == self.scheme.patch_sides();
         if let Some(leaf) = is_patch.then(|| self.leaf(&t)).flatten() {
-            scratch.cutter.give_back(t);
+            cutter.give_back(t);
             return Made { ring, body: MadeBody::Leaf(leaf) };
         }
-        let next = NextLevel::new(&t, self.scheme.split());
-        scratch.points.clear(&t, next.vertex_count());
-        let can_rise = excess(&t, Face(0)) > 0;
+        half_edges.list(&t, split);
+        let next = NextLevel::new(&t, split, half_edges);
+        points.clear(&t, next.vertex_count());
+        let can_rise = Lowest::of(&t, Face(0)).excess() > 0;
         let count = if is_patch { 4 } else { 1 };
         // Face 0's children come first, corner by corner, the middle triangle last.
         let children = (0..count).map(Face).map(|face| {
-            let turn = canonical_corner(&next, face);
-            let low = link(&next, face, turn, known, scratch);
-            let Scratch { around, points, .. } = scratch;
-            let ring = around.ring.iter().map(|&v| points.row(&t, self.scheme, v)).collect();
+            let lowest = Lowest::of(&next, face);
+            let turn = canonical_corner_lowered(&next, face, lowest.excess());
+            let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
+            around.go(&next, place);
+            let low = link(&around.list, place, lowest.raise(), known);
+            let ring = around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)).collect();
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
-            let has_lowest = can_rise && excess(&next, face) == 0 && lowest_semi_sharpness(&next, face).is_some();
-            let high = has_lowest.then(|| link_at(&next, Place { raise: -1, ..low.place }, 0, known, scratch));
+            let has_lowest = can_rise && lowest.ends();
+            let high = has_lowest.then(|| {
+                around.list.lower(-1);
+                link(&around.list, Place { raise: -1, ..place }, 0, known)
+            });
             MadeChild { low, high, turn: turn as u8, ring }
         });
         let children: Vec<MadeChild> = children.collect();
-        let points = scratch.points.rows.clone();
+        let points = points.rows.clone();
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
         let parent = if children.iter().any(MadeChild::is_new) {
-            Some(Arc::new(t))
+            Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
         } else {
-            scratch.cutter.give_back(t);
+            cutter.give_back(t);
             None
         };
         Made { ring, body: MadeBody::Split { parent, points, children, ends } }
@@ -301,25 +337,13 @@ impl RefinedPoints {
     }
 }
 
-/// Where a face leads to, its sharpness lowered as far as no rule of the next step notices.
-fn link(t: &impl Tables, face: Face, start: usize, known: &Keys, scratch: &mut Scratch) -> MadeLink {
-    let raise = excess(t, face).saturating_sub(1);
-    link_at(t, Place { face, start: start as u32, raise: raise as i8 }, raise, known, scratch)
-}
-
-fn link_at(t: &impl Tables, place: Place, raise: u8, known: &Keys, scratch: &mut Scratch) -> MadeLink {
-    let Scratch { walk, around, .. } = scratch;
-    t.lowered_surroundings(place.face, place.start as usize, place.raise, walk, around);
+/// What leads to the node of `around`, which is at `place`, raised by `raise`.
+fn link(around: &Surroundings, place: Place, raise: u8, known: &Keys) -> MadeLink {
     let node = match known.get(&around.key[..]) {
         Some(&node) => MadeNode::Known(node),
         None => MadeNode::New(around.key[..].into()),
     };
     MadeLink { place, raise, node }
-}
-
-fn cut_out(t: &impl Tables, place: Place, Scratch { walk, around, cutter, .. }: &mut Scratch) {
-    t.lowered_surroundings(place.face, place.start as usize, place.raise, walk, around);
-    cutter.cut_out(t, around, walk);
 }
 
 /// The leaf along one semi-sharp side of a quad, if it has that form.

@@ -16,6 +16,7 @@ use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
 use crate::limit::rows::Rows;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
+use crate::limit::turn::turned;
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use std::any::Any;
@@ -45,8 +46,28 @@ pub(crate) struct SubPatch<T> {
     pub points: ControlPoints<T>,
     /// Weights of a point over the ring to which the control points are relative; none where they are not.
     pub origin: Option<Box<[T]>>,
-    /// Control points for second derivatives, where they have others.
-    pub second: Option<Blocks<T>>,
+    /// Control points of some derivatives alone, where those of the position would lose digits.
+    pub fine: Option<(Fine, Blocks<T>)>,
+}
+
+/// What finer control points are for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Fine {
+    /// All second derivatives: at a special vertex with linear modes, which these leave out.
+    Second,
+    /// All derivatives in t: next to a semi-sharp crease, relative to the crease.
+    Across,
+}
+
+impl Fine {
+    /// True if they serve entry `order` of [`ORDERS`](crate::limit::bspline::ORDERS).
+    #[inline(always)]
+    pub fn serves(self, order: usize) -> bool {
+        match self {
+            Self::Second => order > 2,
+            Self::Across => matches!(order, 2 | 4 | 5),
+        }
+    }
 }
 
 /// Control points over the ring.
@@ -76,6 +97,12 @@ pub(crate) struct Pose {
 }
 
 impl Pose {
+    /// True where the piece's derivatives are the face's.
+    #[inline(always)]
+    pub fn is_plain(self) -> bool {
+        self.turn == 0 && self.speed == [1.0; 2]
+    }
+
     /// `∂s/∂u ∂t/∂u` and `∂s/∂v ∂t/∂v`.
     pub fn jacobian(self, split: SplitKind) -> [[f64; 2]; 2] {
         let [p, q] = self.speed;
@@ -115,8 +142,17 @@ impl Slot {
 
 impl Spot<'_> {
     /// Tells pieces of one plan apart.
+    #[inline]
     pub fn piece(&self) -> usize {
         std::ptr::from_ref(self.slot).addr()
+    }
+
+    /// Parameters of the piece at `(u, v)` of a face that it covers.
+    #[inline(always)]
+    pub fn whole(&self, split: SplitKind, u: f64, v: f64) -> [f64; 2] {
+        let (a, b) = turned(split, u, v, self.pose.turn);
+        let centre = centre(split);
+        [a - centre, b - centre]
     }
 }
 
@@ -248,8 +284,17 @@ impl Pieces {
                 (3 * child.depth as usize + child.index, turn, child.u, child.v, [speed; 2])
             }
         };
-        let centre = if split == SplitKind::Triangles { CENTRE } else { 0.0 };
+        let centre = centre(split);
         Some(Spot { slot: &self.slots[number], s: s - centre, t: t - centre, pose: Pose { turn, speed } })
+    }
+}
+
+/// Where the parameters of a piece are zero.
+#[inline(always)]
+fn centre(split: SplitKind) -> f64 {
+    match split {
+        SplitKind::Quads => 0.0,
+        SplitKind::Triangles => CENTRE,
     }
 }
 
@@ -293,9 +338,16 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// True if one piece covers the face.
-    pub fn is_whole(self) -> bool {
-        matches!(self.tree(), Tree::Leaf(Pieces { kind: Kind::Whole, .. }))
+    /// The piece that covers the face, if one does: any place of it.
+    #[inline]
+    pub fn whole_spot(self, turn: u8) -> Option<Spot<'a>> {
+        match self.tree() {
+            Tree::Leaf(pieces @ Pieces { kind: Kind::Whole, .. }) => {
+                let at = Place { u: 0.5, v: 0.25, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
+                pieces.spot(self.plans.split, at)
+            }
+            _ => None,
+        }
     }
 
     /// Calls `f` with the matrices of the piece at a spot, which is that of `(u, v)` and `turn`.
@@ -349,18 +401,29 @@ impl<'a> Plan<'a> {
             }
             blocks
         };
-        let local = leaf.pieces(self.plans.split, at);
+        let mut local = leaf.pieces(self.plans.split, at);
+        if local.origin.is_none() && at.depth > 0 {
+            // Points of a deep piece are close together: relative to one of them they keep their digits.
+            let middle = if self.plans.split == SplitKind::Quads { 0..LANES } else { 0..1 };
+            let chosen = if self.plans.split == SplitKind::Quads { 5 } else { 0 };
+            let split_off = |block: &mut [f64; LANES]| {
+                let w = block[chosen];
+                block[middle.clone()].iter_mut().for_each(|x| *x -= w);
+                w
+            };
+            local.origin = Some(local.points.iter_mut().map(split_off).collect());
+        }
         let points = over_ring(local.points);
         let origin = local.origin.map(|row| {
             let lanes = row.iter().map(|&w| std::array::from_fn(|k| if k == 0 { w } else { 0.0 })).collect();
             over_ring(lanes).iter().map(|block| T::from_f64(block[0])).collect()
         });
-        let second = local.second.map(|rows| rounded(&over_ring(rows)));
+        let fine = local.fine.map(|(of, rows)| (of, rounded(&over_ring(rows))));
         let points = match chosen(&points) {
             Some(chosen) => ControlPoints::Chosen(chosen),
             None => ControlPoints::Weighted(rounded(&points)),
         };
-        SubPatch { points, origin, second }
+        SubPatch { points, origin, fine }
     }
 }
 
@@ -368,14 +431,14 @@ impl<'a> Plan<'a> {
 struct LocalPoints {
     points: Vec<[f64; LANES]>,
     origin: Option<Vec<f64>>,
-    second: Option<Vec<[f64; LANES]>>,
+    fine: Option<(Fine, Vec<[f64; LANES]>)>,
 }
 
 impl Leaf {
     /// Control points of the piece that holds a place.
     fn pieces(&self, split: SplitKind, at: Place) -> LocalPoints {
         let total = |turn: u8| (at.turn + turn) % corners(split) as u8;
-        let only = |rows: &[Vec<f64>]| LocalPoints { points: lanes(rows), origin: None, second: None };
+        let only = |rows: &[Vec<f64>]| LocalPoints { points: lanes(rows), origin: None, fine: None };
         let unit = |k: usize, n: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
         let polynomials = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
             let combine = |weights: &[f64; 12]| {
@@ -404,13 +467,18 @@ impl Leaf {
             (LeafShape::SingleCrease { turn, sharpness }, _) => {
                 let (_, distance) = at.turned(split, (total(*turn) + 2) % 4);
                 let sharpness = sharpness + f64::from(at.raise);
-                let (_, across) = single_crease::piece(sharpness, single_crease::piece_at(distance, sharpness));
-                let point = |k: usize| {
-                    let mut row = vec![0.0; 16];
-                    (0..4).for_each(|y| row[4 * y + k % 4] = across[k / 4][y]);
-                    row
+                let (level, across) = single_crease::piece(sharpness, single_crease::piece_at(distance, sharpness));
+                let points = |crease: f64| {
+                    let point = |k: usize| {
+                        let mut row = vec![0.0; 16];
+                        (0..4).for_each(|y| row[4 * y + k % 4] = across[k / 4][y]);
+                        row[8 + k % 4] += crease;
+                        row
+                    };
+                    lanes(&(0..16).map(point).collect::<Vec<_>>())
                 };
-                only(&(0..16).map(point).collect::<Vec<_>>())
+                let fine = (level > 0).then(|| (Fine::Across, points(0.0)));
+                LocalPoints { points: points(1.0), origin: None, fine }
             }
             (LeafShape::Special { turn, vertex }, _) => {
                 let (a, b) = at.turned(split, total(*turn));
@@ -423,7 +491,7 @@ impl Leaf {
                 LocalPoints {
                     points: rows(false),
                     origin: is_deep.then(|| vertex.limit().to_vec()),
-                    second: (is_deep && vertex.parts_second()).then(|| rows(true)),
+                    fine: (is_deep && vertex.parts_second()).then(|| (Fine::Second, rows(true))),
                 }
             }
         }
@@ -471,6 +539,6 @@ impl<T> SubPatch<T> {
             ControlPoints::Weighted(points) => blocks(points),
         };
         let origin = self.origin.as_ref().map_or(0, |origin| size_of_val(&origin[..]));
-        size_of::<Self>() + points + origin + self.second.as_ref().map_or(0, blocks)
+        size_of::<Self>() + points + origin + self.fine.as_ref().map_or(0, |(_, points)| blocks(points))
     }
 }
