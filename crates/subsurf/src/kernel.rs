@@ -109,11 +109,12 @@ pub(crate) fn normals<T: Real, const N: usize>(
         #[inline(always)]
         || {
             let zero = [T::default(); N];
+            let extent = T::splat(simd, extent(ring));
             for (b, ((u, v), out)) in blocks.zip(out.chunks_mut(LANES)).enumerate() {
                 if wanted(b) {
                     let (du, dv) = (block_sums::<T, _, N>(simd, u, ring, zero), block_sums::<T, _, N>(simd, v, ring, zero));
                     let (du, dv) = ([du[0], du[1 % N], du[2 % N]], [dv[0], dv[1 % N], dv[2 % N]]);
-                    let (unit, mut bits) = unit_normals::<T, _>(simd, du, dv);
+                    let (unit, mut bits) = unit_normals::<T, _>(simd, du, dv, extent);
                     // The last block may be filled up with zeros.
                     bits &= u32::MAX >> (32 - (samples - b * LANES).min(LANES) as u32);
                     unsure[b] = bits;
@@ -124,6 +125,21 @@ pub(crate) fn normals<T: Real, const N: usize>(
         }
     ));
     any != 0
+}
+
+/// The largest component of a ring's points.
+#[inline(always)]
+fn extent<T: Real, const N: usize>(ring: &[[T; N]]) -> T {
+    let zero = T::default();
+    let larger = |a: T, b: T| if b > a { b } else { a };
+    let (blocks, rest) = ring.as_flattened().as_chunks::<LANES>();
+    let mut most = [zero; LANES];
+    for block in blocks {
+        for k in 0..LANES {
+            most[k] = larger(most[k], larger(block[k], zero - block[k]));
+        }
+    }
+    rest.iter().chain(&[zero]).fold(most.into_iter().fold(zero, larger), |m, &x| larger(m, larger(x, zero - x)))
 }
 
 /// `base + Σ weight · ring` of one block, component by component.

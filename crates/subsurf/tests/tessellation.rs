@@ -225,3 +225,77 @@ fn what_cannot_be_reached_or_held_is_refused_at_once() {
         assert!(matches!(refuse(rates, most), TessellateError::NotPositive { .. }), "{rates:?}");
     }
 }
+
+fn rounded(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    points.iter().map(|p| p.map(|x| x as f32)).collect()
+}
+
+#[test]
+fn a_tessellator_gives_every_frame_what_tessellating_it_gives() {
+    for (shape, scheme) in of_both_schemes(shapes::all(), shapes::all_triangles()) {
+        let table = PatchTable::new(&shape.mesh, scheme).unwrap();
+        for normals in [false, true] {
+            let options = TessellateOptions { rates: Rates::Uniform(6), normals, ..TessellateOptions::default() };
+            let tessellator = table.surface(&shape.positions).tessellator(&options).unwrap();
+            for frame in 1..3 {
+                let moved: Vec<[f64; 3]> = shape
+                    .positions
+                    .iter()
+                    .map(|&[x, y, z]| [x + 0.1 * y * f64::from(frame), y - 0.2 * z, z + 0.3 * x * x])
+                    .collect();
+                let once = table.surface(&moved).tessellate(&options).unwrap();
+                assert!(tessellator.evaluate(&moved) == once, "{} frame {frame}", shape.name);
+                let mut points = vec![[f64::NAN; 3]; tessellator.point_count()];
+                let mut unit = vec![[f64::NAN; 3]; tessellator.normal_count()];
+                tessellator.evaluate_into(&moved, &mut points, &mut unit);
+                assert!(points == once.positions && unit == once.normals, "{} frame {frame}", shape.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_is_off_by_roundings_of_the_face_alone() {
+    let far = f32::EPSILON as f64;
+    for (shape, scheme) in of_both_schemes(shapes::all(), shapes::all_triangles()) {
+        let table = PatchTable::new(&shape.mesh, scheme).unwrap();
+        for rate in [4, 8, 32] {
+            let options = TessellateOptions { rates: Rates::Uniform(rate), ..TessellateOptions::default() };
+            let single = rounded(&shape.positions);
+            let double: Vec<[f64; 3]> = single.iter().map(|p| p.map(f64::from)).collect();
+            let (single, double) = (
+                table.surface(&single).tessellate(&options).unwrap(),
+                table.surface(&double).tessellate(&options).unwrap(),
+            );
+            let extent = shape.positions.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+            for (a, b) in single.positions.iter().zip(&double.positions) {
+                // Some twenty products of weights that sum to one, rounded one by one.
+                let off = (0..3).map(|c| (f64::from(a[c]) - b[c]).abs()).fold(0.0, f64::max);
+                assert!(off < 8.0 * far * extent, "{} rate {rate}: {off:e}", shape.name);
+            }
+            for (a, b) in single.normals.iter().zip(&double.normals) {
+                // Where what is perpendicular between derivatives is less than 1/250 of the ring's extent, normals are
+                // evaluated in f64; else the rounding of some twenty products is at most so many times as large.
+                let off = (0..3).map(|c| (f64::from(a[c]) - b[c]).abs()).fold(0.0, f64::max);
+                assert!(off < 2e-4, "{} rate {rate}: {a:?} {b:?}", shape.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn distance_from_the_origin_costs_positions_one_rounding_and_normals_only_what_it_costs_control_points() {
+    let cube = shapes::cube();
+    let table = PatchTable::new(&cube.mesh, Scheme::CatmullClark).unwrap();
+    let tessellate = |shift: f32| {
+        // Halves are exact a million away.
+        let control: Vec<[f32; 3]> =
+            rounded(&cube.positions).iter().map(|p| p.map(|x| 0.5 * x.round() + shift)).collect();
+        table.surface(&control).tessellate(&TessellateOptions::default()).unwrap()
+    };
+    let (near, far) = (tessellate(0.0), tessellate(1_048_576.0));
+    assert!(near.normals == far.normals, "differences of control points are the same");
+    for (a, b) in near.positions.iter().zip(&far.positions) {
+        (0..3).for_each(|c| assert!((a[c] - (b[c] - 1_048_576.0)).abs() <= 0.0626, "{a:?} {b:?}"));
+    }
+}

@@ -43,7 +43,7 @@ impl<P: Real> Tessellation<P> {
         }
         let layout = Layout::new(surface.table(), PatchRates { edge, patch: self.rates.patch.clone() });
         layout.check(MAX_COUNT as u64)?;
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, false));
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, None));
         let mut values = vec![[T::default(); N]; layout.points()];
         let out = Output { points: &mut values, normals: &mut [] };
         tessellator::fill(&layout, patterns.as_ref(), surface, None, out);

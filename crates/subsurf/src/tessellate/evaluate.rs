@@ -2,6 +2,7 @@
 //! one control point of the face. Every sample is evaluated by its owner alone, and written once.
 
 use super::grid::{self, GridSamples, Parts, turned_sides};
+use super::normals::Sides;
 use super::pattern::{CornerRow, Pattern, Patterns, corner_of};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
@@ -74,31 +75,83 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let points = out.points.par_chunks_mut(VERTICES).zip(layout.vertex_owner.par_chunks(VERTICES));
         if !self.sampler.with_normals() {
             return points.for_each(|(points, owners)| {
-                points.iter_mut().zip(owners).for_each(|(point, &h)| [*point] = self.corner(HalfEdge(h)));
+                points.iter_mut().zip(owners).for_each(|(point, &h)| ([*point], _) = self.corner(HalfEdge(h)));
             });
         }
         points.zip(out.normals.par_chunks_mut(VERTICES)).for_each(|((points, owners), normals)| {
             let blocks = points.chunks_mut(LANES).zip(normals.chunks_mut(LANES)).zip(owners.chunks(LANES));
             for ((points, normals), owners) in blocks {
-                let [mut du, mut dv] = [[[T::default(); LANES]; 3]; 2];
-                for (k, (point, &h)) in points.iter_mut().zip(owners).enumerate() {
-                    let [position, u, v] = self.corner(HalfEdge(h));
-                    *point = position;
-                    (0..3).for_each(|c| (du[c][k], dv[c][k]) = (u[c % N], v[c % N]));
-                }
-                let mut unit = [[T::default(); 3]; LANES];
-                let unsure = unit_normals_of(&du, &dv, &mut unit);
-                normals.copy_from_slice(&unit[..owners.len()]);
-                for (k, &h) in owners.iter().enumerate().filter(|(k, _)| unsure >> k & 1 != 0) {
-                    normals[k] = round(self.sampler.single(layout.corner_location(HalfEdge(h))).1);
-                }
+                self.corners(owners, Some(points), normals);
             }
         });
     }
 
-    /// Position, and derivatives if `K` is 3, at the start of a half-edge.
+    /// Normals of the further sides of creases.
+    pub fn extra_normals(&self, sides: &Sides, normals: &mut [[T; 3]]) {
+        let layout = self.sampler.layout();
+        let corners: Vec<u32> = sides.corners().map(|h| h.0).collect();
+        let (at_corners, along_edges) = normals.split_at_mut(corners.len());
+        at_corners
+            .par_chunks_mut(LANES)
+            .zip(corners.par_chunks(LANES))
+            .for_each(|(normals, corners)| self.corners(corners, None, normals));
+        let Some(rate) = sides.edges().next().map(|h| layout.rates.edge[layout.table.topology().edge(h).index()])
+        else {
+            return;
+        };
+        let edges: Vec<HalfEdge> = sides.edges().collect();
+        along_edges
+            .par_chunks_mut(rate as usize - 1)
+            .zip(edges)
+            .for_each_init(Scratch::default, |scratch, (normals, h)| self.along(h, normals, scratch));
+    }
+
+    /// Normals of the points inside an edge as the face of `h` sees it.
+    fn along(&self, h: HalfEdge, normals: &mut [[T; 3]], scratch: &mut Scratch<T, N>) {
+        let layout = self.sampler.layout();
+        let t = layout.table.topology();
+        let face = t.face(h);
+        let corner = h.0 - t.first(face);
+        let subfaces = layout.table.subfaces(face);
+        if subfaces == 1 {
+            let turn = layout.table.turn(layout.table.patch(face, 0));
+            let own = turned_sides(layout.is_triangle(), grid::side(corner as u8), turn);
+            let samples = self.patch(face, 0, own, scratch);
+            normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
+            return;
+        }
+        let (out, back) = normals.split_at_mut(layout.cells[1] as usize);
+        let samples = self.patch(face, corner, grid::side(0) | grid::corner(1), scratch);
+        out[..back.len()].copy_from_slice(&scratch.normals[samples.side(0)]);
+        out[back.len()] = scratch.normals[samples.corner(1)];
+        let samples = self.patch(face, (corner + 1) % subfaces, grid::side(3), scratch);
+        back.copy_from_slice(&scratch.normals[samples.side(3)]);
+    }
+
+    /// Up to a block of face corners.
+    fn corners(&self, corners: &[u32], mut points: Option<&mut [[T; N]]>, normals: &mut [[T; 3]]) {
+        let [mut du, mut dv] = [[[T::default(); LANES]; 3]; 2];
+        let mut extent = [T::default(); LANES];
+        for (k, &h) in corners.iter().enumerate() {
+            let ([position, u, v], size) = self.corner(HalfEdge(h));
+            extent[k] = size;
+            if let Some(points) = &mut points {
+                points[k] = position;
+            }
+            (0..3).for_each(|c| (du[c][k], dv[c][k]) = (u[c % N], v[c % N]));
+        }
+        let mut unit = [[T::default(); 3]; LANES];
+        let unsure = unit_normals_of(&du, &dv, &extent, &mut unit);
+        normals.copy_from_slice(&unit[..corners.len()]);
+        for (k, &h) in corners.iter().enumerate().filter(|(k, _)| unsure >> k & 1 != 0) {
+            normals[k] = round(self.sampler.single(self.sampler.layout().corner_location(HalfEdge(h))).1);
+        }
+    }
+
+    /// Position, and derivatives if `K` is 3, at the start of a half-edge; and how far from each other its control points
+    /// are.
     #[inline]
-    fn corner<const K: usize>(&self, h: HalfEdge) -> [[T; N]; K] {
+    fn corner<const K: usize>(&self, h: HalfEdge) -> ([[T; N]; K], T) {
         let layout = self.sampler.layout();
         let (patch, corner) = corner_of(layout.table, layout.is_triangle(), h);
         let plan = layout.table.patch_plan(patch).expect("owners are no holes");
@@ -106,10 +159,13 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let (ring, control) = (layout.table.ring(patch), self.sampler.surface().points());
         let base = control[ring[0] as usize];
         let mut sums = [[T::default(); N]; K];
+        let mut extent = T::default();
         for &(p, weights) in row {
             let point = control[ring[p as usize] as usize];
             for c in 0..N {
                 let x = point[c] - base[c];
+                let size = if x > T::default() { x } else { T::default() - x };
+                extent = if size > extent { size } else { extent };
                 for k in 0..K {
                     sums[k][c] = sums[k][c] + weights[k] * x;
                 }
@@ -118,7 +174,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         for c in 0..N {
             sums[0][c] = base[c] + sums[0][c];
         }
-        sums
+        (sums, extent)
     }
 
     fn chunk(&self, mut task: Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
@@ -276,5 +332,45 @@ impl<T: Real, const N: usize> Scratch<T, N> {
             }
         }
         count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limit::PatchTable;
+    use crate::scheme::Scheme;
+    use crate::shapes;
+    use crate::tessellate::layout::{Layout, PatchRates};
+    use crate::tessellate::sample::NormalOf;
+
+    #[test]
+    fn without_memory_for_patterns_the_samples_are_the_same() {
+        let triangles = shapes::all_triangles().into_iter().map(|s| (s, Scheme::Loop));
+        for (shape, scheme) in shapes::all().into_iter().map(|s| (s, Scheme::CatmullClark)).chain(triangles) {
+            let table = PatchTable::new(&shape.mesh, scheme).unwrap();
+            let subfaces = |p: usize| {
+                (0..shape.mesh.face_count() as u32).any(|f| {
+                    let f = Face(f);
+                    table.subfaces(f) > 1
+                        && (table.patch(f, 0)..table.patch(f, 0) + table.subfaces(f) as usize).contains(&p)
+                })
+            };
+            let patch = (0..table.patch_count()).map(|p| if subfaces(p) { [3; 2] } else { [6; 2] }).collect();
+            let layout = Layout::new(&table, PatchRates { edge: vec![6; table.topology().edge_count()], patch });
+            let sampler = Sampler::new(table.surface(&shape.positions), &layout, Some(NormalOf::SPACE));
+            let evaluate = |bytes: [usize; 2]| {
+                let patterns = Patterns::within(&layout, Some(&Sides::default()), bytes);
+                let (mut points, mut normals) = (vec![[0.0; 3]; layout.points()], vec![[0.0; 3]; layout.points()]);
+                let out = Output { points: &mut points, normals: &mut normals };
+                Evaluator { patterns: &patterns, sampler }.evaluate(out);
+                (points, normals)
+            };
+            let (with, without) = (evaluate([usize::MAX; 2]), evaluate([0; 2]));
+            for (a, b) in with.0.iter().chain(&with.1).zip(without.0.iter().chain(&without.1)) {
+                // Sums of the same terms; normals lose three digits where one derivative is small.
+                (0..3).for_each(|c| assert!((a[c] - b[c]).abs() < 1e-12, "{}: {a:?} {b:?}", shape.name));
+            }
+        }
     }
 }

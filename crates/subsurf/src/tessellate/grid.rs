@@ -24,6 +24,9 @@ pub(super) const fn corner(c: u8) -> Parts {
     16 << c
 }
 
+/// Every side, no corner.
+pub(super) const EVERY_SIDE: Parts = 0x0f;
+
 /// Every side and corner.
 pub(super) const ALL: Parts = 0xff;
 

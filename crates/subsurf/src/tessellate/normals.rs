@@ -75,6 +75,22 @@ impl Sides {
         self.sources.len()
     }
 
+    /// The face corners that extra normals are evaluated at; those come first.
+    pub fn corners(&self) -> impl Iterator<Item = HalfEdge> + '_ {
+        self.sources.iter().map_while(|source| match *source {
+            Source::Corner(h) => Some(h),
+            Source::Edge(..) => None,
+        })
+    }
+
+    /// The half-edges that extra normals are evaluated along, in order.
+    pub fn edges(&self) -> impl Iterator<Item = HalfEdge> + '_ {
+        self.sources.iter().filter_map(|source| match *source {
+            Source::Edge(h, 1) => Some(h),
+            _ => None,
+        })
+    }
+
     /// The normal of point `k` along half-edge `h`, ends included.
     pub fn at(&self, layout: &Layout<'_>, h: HalfEdge, k: u32, point: u32) -> u32 {
         let t = layout.table.topology();

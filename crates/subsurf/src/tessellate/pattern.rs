@@ -1,8 +1,9 @@
 //! Weights of the samples of uniform tessellations, made once for all faces of a plan: everything about a frame that
 //! positions have no say in.
 
-use super::grid::{ALL, GridSamples, Parts, turned_sides};
+use super::grid::{ALL, EVERY_SIDE, GridSamples, Parts, turned_sides};
 use super::layout::Layout;
+use super::normals::Sides;
 use crate::index::HalfEdge;
 use crate::kernel::{LANES, Matrix};
 use crate::limit::PatchTable;
@@ -10,6 +11,7 @@ use crate::limit::plan::Plan;
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Largest memory for the weights of one pattern, and of all; beyond it samples are evaluated one by one. Larger: memory;
 /// smaller: time at high rates.
@@ -49,11 +51,19 @@ pub(super) struct Patterns<T> {
 }
 
 impl<T: Real> Patterns<T> {
-    /// For a layout whose rates are uniform.
-    pub fn new(layout: &Layout<'_>, normals: bool) -> Self {
+    /// For a layout whose rates are uniform. With normals, where `sides` says which there are beyond one per point.
+    pub fn new(layout: &Layout<'_>, sides: Option<&Sides>) -> Self {
+        Self::within(layout, sides, [PATTERN_BYTES, ALL_PATTERN_BYTES])
+    }
+
+    /// With other bounds for the memory of one pattern and of all.
+    pub fn within(layout: &Layout<'_>, sides: Option<&Sides>, [most_each, most_in_all]: [usize; 2]) -> Self {
         let table = layout.table;
         let is_triangle = layout.is_triangle();
-        let count = if normals { 3 } else { 1 };
+        let count = if sides.is_some() { 3 } else { 1 };
+        // Faces that are asked for more sides than those they own.
+        let t = table.topology();
+        let seen_again: BTreeSet<u32> = sides.iter().flat_map(|s| s.edges()).map(|h| t.face(h).0).collect();
         let mut users = vec![0u32; table.plan_count()];
         let planned = || (0..table.patch_count()).filter_map(|p| table.patch_plan(p).map(|plan| (p, plan)));
         planned().for_each(|(_, plan)| users[plan] += 1);
@@ -62,18 +72,24 @@ impl<T: Real> Patterns<T> {
         let mut wanted = vec![NONE; table.plan_count() * (SIDES + 1)];
         let mut list: Vec<(usize, Parts, u32)> = Vec::new();
         let mut of_patch = vec![NONE; table.patch_count()];
-        for face in (0..table.topology().face_count() as u32).map(crate::index::Face) {
+        for face in (0..t.face_count() as u32).map(crate::index::Face) {
             let subfaces = table.subfaces(face);
             let cells = layout.cells[usize::from(subfaces > 1)];
             for patch in (0..subfaces).map(|s| table.patch(face, s)) {
                 let Some(plan) = table.patch_plan(patch) else { continue };
-                let sides = turned_sides(is_triangle, layout.owned(patch), table.turn(patch));
-                let exact = subfaces == 1 && users[plan] >= MANY_FACES;
-                let slot = if exact { usize::from(sides) } else { SIDES };
+                let owned = turned_sides(is_triangle, layout.owned(patch), table.turn(patch));
+                let exact = subfaces == 1 && users[plan] >= MANY_FACES && !seen_again.contains(&face.0);
+                let slot = if exact { usize::from(owned) } else { SIDES };
                 let known = &mut wanted[plan * (SIDES + 1) + slot];
                 if *known == NONE {
                     *known = list.len() as u32;
-                    list.push((plan, if exact { sides } else { ALL }, cells));
+                    // Vertices are evaluated apart, where they are no middle of an edge or face.
+                    let parts = match (exact, subfaces) {
+                        (true, _) => owned,
+                        (false, 1) => EVERY_SIDE,
+                        _ => ALL,
+                    };
+                    list.push((plan, parts, cells));
                 }
                 of_patch[patch] = *known;
             }
@@ -84,7 +100,7 @@ impl<T: Real> Patterns<T> {
             .map(|&(plan, _, cells)| {
                 let samples = (cells as usize + 1).pow(2).next_multiple_of(LANES);
                 let bytes = samples * table.plan(plan).ring() * count * size_of::<T>();
-                let fits = bytes <= PATTERN_BYTES && total + bytes <= ALL_PATTERN_BYTES;
+                let fits = bytes <= most_each && total + bytes <= most_in_all;
                 total += if fits { bytes } else { 0 };
                 fits
             })
@@ -105,7 +121,7 @@ impl<T: Real> Patterns<T> {
         }
         of_patch.iter_mut().filter(|p| **p != NONE).for_each(|p| *p = number[*p as usize]);
 
-        let (corners, of_corner) = corner_rows(layout, count);
+        let (corners, of_corner) = corner_rows(layout, sides, count);
         let turned = [0, 1].map(|kind| match layout.cells[kind] {
             0 => Vec::new(),
             // Sub-faces start at their own corner.
@@ -158,13 +174,18 @@ pub(super) fn corner_of(table: &PatchTable, is_triangle: bool, h: HalfEdge) -> (
 }
 
 /// Weights at the corners that some vertex is evaluated at, and which row is whose.
-fn corner_rows<T: Real>(layout: &Layout<'_>, count: usize) -> (Vec<CornerRow<T>>, Vec<[u32; 4]>) {
+fn corner_rows<T: Real>(
+    layout: &Layout<'_>,
+    sides: Option<&Sides>,
+    count: usize,
+) -> (Vec<CornerRow<T>>, Vec<[u32; 4]>) {
     let table = layout.table;
     let is_triangle = layout.is_triangle();
     let mut of_corner = vec![[NONE; 4]; table.plan_count()];
     let mut list = Vec::new();
-    for &h in &layout.vertex_owner {
-        let (patch, corner) = corner_of(table, is_triangle, HalfEdge(h));
+    let owners = layout.vertex_owner.iter().map(|&h| HalfEdge(h));
+    for h in owners.chain(sides.iter().flat_map(|sides| sides.corners())) {
+        let (patch, corner) = corner_of(table, is_triangle, h);
         let plan = table.patch_plan(patch).expect("owners are no holes");
         if of_corner[plan][corner] == NONE {
             of_corner[plan][corner] = list.len() as u32;
@@ -218,5 +239,43 @@ impl<T: Real> Pattern<T> {
         }
         let matrix = |k: usize| Matrix::new(samples.len(), ring, |s, p| weights[(s * count + k) * ring + p]);
         Self { rows: (0..count).map(matrix).collect(), samples }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scheme::Scheme;
+    use crate::shapes;
+    use crate::tessellate::layout::PatchRates;
+
+    fn layout(table: &PatchTable, rate: u32) -> Layout<'_> {
+        let edge = vec![rate; table.topology().edge_count()];
+        let rates = PatchRates { edge, patch: vec![[rate; 2]; table.patch_count()] };
+        Layout::new(table, rates)
+    }
+
+    #[test]
+    fn the_number_of_patterns_does_not_grow_with_the_mesh() {
+        let patterns = |n: u32| {
+            let table = PatchTable::new(&shapes::grid(n, n).mesh, Scheme::CatmullClark).unwrap();
+            Patterns::<f32>::new(&layout(&table, 4), Some(&Sides::default())).len()
+        };
+        assert_eq!(patterns(24), patterns(36));
+    }
+
+    #[test]
+    fn every_sample_has_one_owner() {
+        for shape in shapes::all() {
+            let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+            if (0..shape.mesh.face_count() as u32).any(|f| table.subfaces(crate::index::Face(f)) > 1) {
+                continue;
+            }
+            let layout = layout(&table, 5);
+            let owned: u32 = (0..table.patch_count()).map(|p| layout.owned(p).count_ones()).sum();
+            assert_eq!(owned as usize * 4, layout.edge_points(), "{}", shape.name);
+            let faces = (0..table.patch_count()).filter(|&p| table.patch_plan(p).is_some()).count();
+            assert_eq!(layout.points(), layout.vertices() + layout.edge_points() + 16 * faces, "{}", shape.name);
+        }
     }
 }

@@ -68,7 +68,7 @@ impl<'a, T: Real> LimitSurface<'a, T, 3> {
                 facets.places = Places::default();
             }
         }
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared));
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides)));
         Ok(Tessellator { layout, sides, patterns, facets, faceted, options: *options })
     }
 }
@@ -208,7 +208,11 @@ impl<'a, T: Real> Tessellator<'a, T> {
         let shared = if self.options.normals { points.len() } else { 0 };
         let (own, extra) = normals.split_at_mut(shared);
         fill(&self.layout, self.patterns.as_ref(), surface, normal_of, Output { points, normals: own });
-        Sampler::new(surface, &self.layout, normal_of).extra_normals(&self.sides, extra);
+        let sampler = Sampler::new(surface, &self.layout, normal_of);
+        match &self.patterns {
+            Some(patterns) if !extra.is_empty() => Evaluator { patterns, sampler }.extra_normals(&self.sides, extra),
+            _ => sampler.extra_normals(&self.sides, extra),
+        }
         if let Some(shading) = shading.filter(|_| self.options.normals) {
             shade::shade(&self.layout, &self.sides, shading, normals);
         }
