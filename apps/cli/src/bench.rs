@@ -146,7 +146,7 @@ fn measure<T: subsurf::Real>(args: &BenchArgs, input: &Input, console: &Console)
     drop((cold, copy));
     bar.inc(1);
 
-    let tessellator = table.surface(&points).tessellator(&work::at_rate(args.rate)).map_err(too_fine)?;
+    let tessellator = table.tessellator(&points, &work::at_rate(args.rate)).map_err(too_fine)?;
     let [mut values, mut normals] =
         [tessellator.point_count(), tessellator.normal_count()].map(|count| vec![[T::default(); 3]; count]);
     let warm_s = median_s(|| (), |()| tessellator.evaluate_into(&points, &mut values, &mut normals));

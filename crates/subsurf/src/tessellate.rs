@@ -175,6 +175,6 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         options: &TessellateOptions,
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
-        Ok(self.tessellator(options)?.into_mesh(*self, shading))
+        Ok(self.table().tessellator(self.points(), options)?.into_mesh(*self, shading))
     }
 }

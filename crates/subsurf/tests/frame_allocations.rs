@@ -30,7 +30,7 @@ fn a_frame_allocates_a_fiftieth_of_what_it_writes_at_most() {
         let control: Vec<[f32; 3]> = grid.positions.iter().map(|p| p.map(|x| x as f32)).collect();
         let table = PatchTable::new(&grid.mesh, Scheme::CatmullClark).unwrap();
         let options = TessellateOptions { rates: Rates::Uniform(8), ..TessellateOptions::default() };
-        let tessellator = table.surface(&control).tessellator(&options).unwrap();
+        let tessellator = table.tessellator(&control, &options).unwrap();
         let mut points = vec![[0.0; 3]; tessellator.point_count()];
         let mut normals = vec![[0.0; 3]; tessellator.normal_count()];
         // The thread pool starts with the first frame.

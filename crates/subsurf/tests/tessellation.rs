@@ -236,7 +236,7 @@ fn a_tessellator_gives_every_frame_what_tessellating_it_gives() {
         let table = PatchTable::new(&shape.mesh, scheme).unwrap();
         for normals in [false, true] {
             let options = TessellateOptions { rates: Rates::Uniform(6), normals, ..TessellateOptions::default() };
-            let tessellator = table.surface(&shape.positions).tessellator(&options).unwrap();
+            let tessellator = table.tessellator(&shape.positions, &options).unwrap();
             for frame in 1..3 {
                 let moved: Vec<[f64; 3]> = shape
                     .positions

@@ -81,7 +81,7 @@ pub struct Tessellator<'a>(subsurf::Tessellator<'a, f32>);
 
 impl<'a> Tessellator<'a> {
     pub fn new(table: &'a PatchTable, control: &'a [[f32; 3]], rate: u32, normals: bool) -> Self {
-        Self(table.surface(control).tessellator(&options(rate, normals)).expect(FITS))
+        Self(table.tessellator(control, &options(rate, normals)).expect(FITS))
     }
 
     /// Room for what is evaluated.

@@ -9,7 +9,7 @@ use super::normals::Sides;
 use super::pattern::Patterns;
 use super::sample::{NormalOf, Sampler};
 use super::{Places, TessellateError, TessellateOptions, Tessellation, rates, shade};
-use crate::limit::LimitSurface;
+use crate::limit::{LimitSurface, PatchTable};
 use crate::real::{Real, round};
 use crate::scheme::Scheme;
 use crate::shading::ShadingNormals;
@@ -24,7 +24,7 @@ use rayon::prelude::*;
 /// let mut control: Vec<[f32; 3]> = cube.positions.iter().map(|p| p.map(|x| x as f32)).collect();
 /// let patches = PatchTable::new(&cube.mesh, Scheme::CatmullClark)?;
 /// let options = TessellateOptions { rates: Rates::Uniform(4), ..TessellateOptions::default() };
-/// let tessellator = patches.surface(&control).tessellator(&options)?; // once per connectivity
+/// let tessellator = patches.tessellator(&control, &options)?; // once per connectivity
 ///
 /// let mut points = vec![[0.0; 3]; tessellator.point_count()];
 /// let mut normals = vec![[0.0; 3]; tessellator.normal_count()];
@@ -46,19 +46,26 @@ pub struct Tessellator<'a, T> {
     options: TessellateOptions,
 }
 
-impl<'a, T: Real> LimitSurface<'a, T, 3> {
-    /// Prepares tessellations of this mesh for any control points. Adaptive rates are those that the control points at
-    /// hand ask for, and stay.
+impl PatchTable {
+    /// Prepares tessellations of this mesh for any control points. Adaptive rates are those that the given ones ask for,
+    /// and stay.
     ///
     /// # Errors
     /// [`TessellateError`]: rates that are not positive, or a result too large for 32-bit indices.
-    pub fn tessellator(&self, options: &TessellateOptions) -> Result<Tessellator<'a, T>, TessellateError> {
-        let rates = rates::choose(self, options.rates, options.most_points)?;
-        let layout = Layout::new(self.table(), rates);
+    ///
+    /// # Panics
+    /// If `points` has not one row per vertex of the mesh.
+    pub fn tessellator<T: Real>(
+        &self,
+        points: &[[T; 3]],
+        options: &TessellateOptions,
+    ) -> Result<Tessellator<'_, T>, TessellateError> {
+        let rates = rates::choose(&self.surface(points), options.rates, options.most_points)?;
+        let layout = Layout::new(self, rates);
         layout.check(options.most_points)?;
-        let is_faceted = options.normals && self.table().scheme() == Scheme::Bilinear;
+        let is_faceted = options.normals && self.scheme() == Scheme::Bilinear;
         let shared = options.normals && !is_faceted;
-        let sides = if shared { Sides::new(self.table(), &layout) } else { Sides::default() };
+        let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
         let faceted = is_faceted.then(|| PatchNormals::of(&facets));

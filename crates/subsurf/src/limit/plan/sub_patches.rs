@@ -7,10 +7,10 @@
 //!
 //! Under Catmull-Clark a piece has the sixteen points of [`bspline`](super::super::bspline), under Loop the fifteen
 //! coefficients of [`box_spline::POLYNOMIALS`]. Not covered, and left to [`Plan::weights`]: depths beyond
-//! [`DEEPEST_PIECE`] (one random location in 4^8), semi-sharp creases under Loop, what ends on a boundary that is kept
+//! [`DEEPEST_PIECE`] (one random location in 4^8), linear leaves, semi-sharp creases under Loop, what ends on a boundary that is kept
 //! linear, and rings of more than [`MOST_POINTS`] points.
 
-use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners, linear};
+use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners};
 use crate::kernel::LANES;
 use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
 use crate::limit::rows::Rows;
@@ -247,7 +247,9 @@ impl Pieces {
             return None;
         }
         let (kind, count) = match &leaf.shape {
-            LeafShape::Linear | LeafShape::Regular => (Kind::Whole, 1),
+            // A sum over three or four corners is as fast, and exact in the middle.
+            LeafShape::Linear => return None,
+            LeafShape::Regular => (Kind::Whole, 1),
             LeafShape::SingleCrease { turn, sharpness } => {
                 let sharpness = sharpness + f64::from(raise);
                 let speed = [0, 1, 2].map(|k| 2f64.powi(single_crease::piece(sharpness, k).0));
@@ -448,18 +450,7 @@ impl Leaf {
             POLYNOMIALS.iter().map(combine).collect()
         };
         match (&self.shape, split) {
-            (LeafShape::Linear, SplitKind::Quads) => {
-                // A spline whose control points lie on a bilinear patch is that patch.
-                let point = |k: usize| linear(split, (k % 4) as f64 - 1.0, (k / 4) as f64 - 1.0).rows[0].clone();
-                only(&(0..16).map(point).collect::<Vec<_>>())
-            }
-            (LeafShape::Linear, SplitKind::Triangles) => {
-                let [value, du, dv, ..] = linear(split, CENTRE, CENTRE).rows;
-                // The powers 1, y and x.
-                let mut rows = vec![vec![0.0; 3]; 6];
-                (rows[0], rows[1], rows[5]) = (value, dv, du);
-                only(&rows)
-            }
+            (LeafShape::Linear, _) => unreachable!("linear leaves have no pieces"),
             (LeafShape::Regular, SplitKind::Quads) => only(&(0..16).map(|k| unit(k, 16)).collect::<Vec<_>>()),
             (LeafShape::Regular, SplitKind::Triangles) => {
                 only(&polynomials(&(0..12).map(|k| unit(k, 12)).collect::<Vec<_>>()))
