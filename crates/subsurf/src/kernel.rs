@@ -9,11 +9,12 @@ use fearless_simd::{Level, Simd, dispatch};
 
 mod block;
 mod normal;
+mod surface;
 
 pub use block::Lanes;
 use block::store_each;
-use normal::unit_normals;
 pub(crate) use normal::unit_normals_of;
+pub(crate) use surface::{Ring, Samples, SurfaceMatrix};
 
 /// Samples of a block: one 512-bit vector of `f32`.
 pub(crate) const LANES: usize = 16;
@@ -87,59 +88,6 @@ impl<T: Real> Matrix<T> {
             }
         ));
     }
-}
-
-/// Unit normals of some blocks of samples from two matrices that give derivatives; and for every block the samples, as
-/// bits, whose normals are to be had otherwise, see [`normal`]. True where there are such.
-///
-/// # Panics
-/// If `ring` has not one entry per point, or an entry less than three components, or `unsure` less entries than there are
-/// blocks wanted.
-pub(crate) fn normals<T: Real, const N: usize>(
-    [u, v]: [&Matrix<T>; 2],
-    ring: &[[T; N]],
-    wanted: impl Fn(usize) -> bool,
-    out: &mut [[T; 3]],
-    unsure: &mut [u32],
-) -> bool {
-    assert_eq!([ring.len(); 2], [u.points, v.points], "one value per point of the ring");
-    let blocks = u.blocks.chunks_exact(u.points.max(1)).zip(v.blocks.chunks_exact(v.points.max(1)));
-    let (samples, mut any) = (u.samples, 0);
-    dispatch!(Level::new(), simd => simd.vectorize(
-        #[inline(always)]
-        || {
-            let zero = [T::default(); N];
-            let extent = T::splat(simd, extent(ring));
-            for (b, ((u, v), out)) in blocks.zip(out.chunks_mut(LANES)).enumerate() {
-                if wanted(b) {
-                    let (du, dv) = (block_sums::<T, _, N>(simd, u, ring, zero), block_sums::<T, _, N>(simd, v, ring, zero));
-                    let (du, dv) = ([du[0], du[1 % N], du[2 % N]], [dv[0], dv[1 % N], dv[2 % N]]);
-                    let (unit, mut bits) = unit_normals::<T, _>(simd, du, dv, extent);
-                    // The last block may be filled up with zeros.
-                    bits &= u32::MAX >> (32 - (samples - b * LANES).min(LANES) as u32);
-                    unsure[b] = bits;
-                    any |= bits;
-                    store::<T, _, 3>(simd, unit, out);
-                }
-            }
-        }
-    ));
-    any != 0
-}
-
-/// The largest component of a ring's points.
-#[inline(always)]
-fn extent<T: Real, const N: usize>(ring: &[[T; N]]) -> T {
-    let zero = T::default();
-    let larger = |a: T, b: T| if b > a { b } else { a };
-    let (blocks, rest) = ring.as_flattened().as_chunks::<LANES>();
-    let mut most = [zero; LANES];
-    for block in blocks {
-        for k in 0..LANES {
-            most[k] = larger(most[k], larger(block[k], zero - block[k]));
-        }
-    }
-    rest.iter().chain(&[zero]).fold(most.into_iter().fold(zero, larger), |m, &x| larger(m, larger(x, zero - x)))
 }
 
 /// `base + Σ weight · ring` of one block, component by component.

@@ -23,6 +23,7 @@ use crate::real::Real;
 use crate::shading::ShadingNormals;
 pub use channel::TessellatedChannel;
 use layout::PatchRates;
+use pattern::Frames;
 pub use tessellator::Tessellator;
 use thiserror::Error;
 
@@ -175,6 +176,6 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         options: &TessellateOptions,
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
-        Ok(self.table().tessellator(self.points(), options)?.into_mesh(*self, shading))
+        Ok(self.table().tessellator_for(self.points(), options, Frames::One)?.into_mesh(*self, shading))
     }
 }

@@ -230,6 +230,10 @@ impl PatchTable {
         self.plans.get(plan)
     }
 
+    pub(crate) fn plans(&self) -> &Plans {
+        &self.plans
+    }
+
     pub(crate) fn plan_count(&self) -> usize {
         self.plans.len()
     }
@@ -248,6 +252,16 @@ impl PatchTable {
         let Some(plan) = self.patch_plan(patch) else { return &[] };
         let start = self.ring_start[patch] as usize;
         &self.ring[start..start + self.plan(plan).ring()]
+    }
+
+    /// The same where the plan is known to be for so many points.
+    #[inline(always)]
+    pub(crate) fn ring_of(&self, patch: usize, points: usize) -> &[u32] {
+        if !self.edited_rings.is_empty() {
+            return self.ring(patch);
+        }
+        let start = self.ring_start[patch] as usize;
+        &self.ring[start..start + points]
     }
 
     /// Matrices that evaluation made when it first met the sub-patches of a plan, all faces and threads together; at most

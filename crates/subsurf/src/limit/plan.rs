@@ -13,10 +13,12 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
-mod patterns;
+mod grid_weights;
+mod lattice;
 mod sub_patches;
 
 pub(super) use compile::Numbers;
+pub(crate) use grid_weights::GridWeights;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};

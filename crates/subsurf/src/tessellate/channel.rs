@@ -1,10 +1,10 @@
 //! A channel's values on the facets of a tessellation: the same rates over the channel's own topology, so that a value is
 //! evaluated once wherever faces share it, and seams fall where the channel has them.
 
-use super::evaluate::Output;
+use super::evaluate::{Output, Vertices};
 use super::layout::{Layout, PatchRates};
 use super::normals::Sides;
-use super::pattern::Patterns;
+use super::pattern::{Frames, Patterns};
 use super::{TessellateError, TessellateOptions, Tessellation, facets, tessellator};
 use crate::index::HalfEdge;
 use crate::limit::{LimitSurface, PatchTable};
@@ -43,10 +43,10 @@ impl<P: Real> Tessellation<P> {
         }
         let layout = Layout::new(surface.table(), PatchRates { edge, patch: self.rates.patch.clone() });
         layout.check(MAX_COUNT as u64)?;
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, None));
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, None, Frames::One));
         let mut values = vec![[T::default(); N]; layout.points()];
         let out = Output { points: &mut values, normals: &mut [] };
-        tessellator::fill(&layout, patterns.as_ref(), surface, None, out);
+        tessellator::fill(&layout, patterns.as_ref(), surface, None, out, &mut Vertices::default());
         let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };
         let corners = facets::of_layout(&layout, &Sides::default(), &options)?.corners;
         debug_assert_eq!(corners.len(), self.corners.len());

@@ -1,19 +1,20 @@
 //! One frame of a uniform tessellation: patterns of weights times control points, sums in the caller's precision relative to
-//! one control point of the face. Every sample is evaluated by its owner alone, and written once.
+//! one control point of the face. Every sample is evaluated by its owner alone. Faces of a chunk come in order, and so do
+//! the points inside them and the vertices and edges that they own: each kind is one run of the result.
 
-use super::grid::{self, GridSamples, Parts, turned_sides};
+use super::grid::{self, ALL, GridSamples, Parts, turned_parts};
 use super::normals::Sides;
 use super::pattern::{CornerRow, Pattern, Patterns, corner_of};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
-use crate::kernel::{self, LANES, unit_normals_of};
+use crate::kernel::{LANES, Ring, Samples, unit_normals_of};
 use crate::limit::Location;
 use crate::real::{Real, round};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Vertices that a thread takes at a time.
-const VERTICES: usize = 512;
+const VERTICES: usize = 4096;
 
 /// Evaluates a layout with uniform rates.
 pub(super) struct Evaluator<'a, T, const N: usize> {
@@ -31,9 +32,10 @@ struct Scratch<T, const N: usize> {
     unsure: Vec<u32>,
 }
 
-/// A chunk of faces and the parts of the result that it fills: points and normals inside its edges, inside its faces.
+/// A chunk of faces and the parts of the result that it fills: at its vertices, inside its edges, inside its faces.
 struct Task<'o, T, const N: usize> {
     faces: Range<u32>,
+    vertices: Output<'o, T, N>,
     edges: Output<'o, T, N>,
     inside: Output<'o, T, N>,
 }
@@ -44,46 +46,88 @@ pub(super) struct Output<'o, T, const N: usize> {
     pub normals: &'o mut [[T; 3]],
 }
 
-impl<'o, T, const N: usize> Output<'o, T, N> {
+impl<'o, T: Copy, const N: usize> Output<'o, T, N> {
     /// The first `count` points, and the rest.
     pub fn split(self, count: usize) -> (Self, Self) {
         let (points, more_points) = self.points.split_at_mut(count);
         let (normals, more_normals) = self.normals.split_at_mut(count.min(self.normals.len()));
         (Self { points, normals }, Self { points: more_points, normals: more_normals })
     }
+
+    /// The same for a shorter time.
+    fn borrow(&mut self) -> Output<'_, T, N> {
+        Output { points: &mut *self.points, normals: &mut *self.normals }
+    }
+
+    /// Fills the first points, which are left out from then on.
+    fn put(&mut self, points: &[[T; N]], normals: &[[T; 3]]) {
+        self.points[..points.len()].copy_from_slice(points);
+        if !self.normals.is_empty() {
+            self.normals[..normals.len()].copy_from_slice(normals);
+        }
+        self.skip(points.len());
+    }
+
+    fn skip(&mut self, count: usize) {
+        self.points = &mut std::mem::take(&mut self.points)[count..];
+        if !self.normals.is_empty() {
+            self.normals = &mut std::mem::take(&mut self.normals)[count..];
+        }
+    }
+}
+
+/// A run of normals, if there are any.
+fn of<T>(normals: &[[T; 3]], run: Range<usize>) -> &[[T; 3]] {
+    if normals.is_empty() { &[] } else { &normals[run] }
+}
+
+/// Vertices in the order of their owners, for layouts that have another.
+pub(super) struct Vertices<T, const N: usize> {
+    points: Vec<[T; N]>,
+    normals: Vec<[T; 3]>,
+}
+
+impl<T, const N: usize> Default for Vertices<T, N> {
+    fn default() -> Self {
+        Self { points: Vec::new(), normals: Vec::new() }
+    }
 }
 
 impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     /// Fills points and normals of a layout.
-    pub fn evaluate(&self, out: Output<'_, T, N>) {
+    pub fn evaluate(&self, out: Output<'_, T, N>, memory: &mut Vertices<T, N>) {
         let layout = self.sampler.layout();
-        let (vertices, rest) = out.split(layout.vertices());
-        self.vertices(vertices);
+        let (mut vertices, rest) = out.split(layout.vertices());
+        let in_order = layout.vertex_slot.is_empty();
+        if !in_order {
+            memory.points.resize(vertices.points.len(), [T::default(); N]);
+            memory.normals.resize(vertices.normals.len(), [T::default(); 3]);
+        }
+        let by_owner = Output { points: &mut memory.points, normals: &mut memory.normals };
+        self.chunks(if in_order { vertices.borrow() } else { by_owner }, rest);
+        if in_order {
+            return;
+        }
+        fn pick<P: Copy + Send + Sync>(out: &mut [P], from: &[P], slots: &[u32]) {
+            let each = out.par_chunks_mut(VERTICES).zip(slots.par_chunks(VERTICES));
+            each.for_each(|(out, slots)| out.iter_mut().zip(slots).for_each(|(out, &slot)| *out = from[slot as usize]));
+        }
+        pick(vertices.points, &memory.points, &layout.vertex_slot);
+        pick(vertices.normals, &memory.normals, &layout.vertex_slot);
+    }
+
+    fn chunks(&self, mut vertices: Output<'_, T, N>, rest: Output<'_, T, N>) {
+        let layout = self.sampler.layout();
         let (mut edges, mut inside) = rest.split(layout.edge_points());
         let mut tasks = Vec::new();
         for faces in layout.face_chunks() {
+            let (own_vertices, other_vertices) = vertices.split(layout.vertex_range(&faces).len());
             let (own_edges, other_edges) = edges.split(layout.edge_range(&faces).len());
             let (own_inside, other_inside) = inside.split(layout.face_range(&faces).len());
-            (edges, inside) = (other_edges, other_inside);
-            tasks.push(Task { faces, edges: own_edges, inside: own_inside });
+            (vertices, edges, inside) = (other_vertices, other_edges, other_inside);
+            tasks.push(Task { faces, vertices: own_vertices, edges: own_edges, inside: own_inside });
         }
         tasks.into_par_iter().for_each_init(Scratch::default, |scratch, task| self.chunk(task, scratch));
-    }
-
-    fn vertices(&self, out: Output<'_, T, N>) {
-        let layout = self.sampler.layout();
-        let points = out.points.par_chunks_mut(VERTICES).zip(layout.vertex_owner.par_chunks(VERTICES));
-        if !self.sampler.with_normals() {
-            return points.for_each(|(points, owners)| {
-                points.iter_mut().zip(owners).for_each(|(point, &h)| ([*point], _) = self.corner(HalfEdge(h)));
-            });
-        }
-        points.zip(out.normals.par_chunks_mut(VERTICES)).for_each(|((points, owners), normals)| {
-            let blocks = points.chunks_mut(LANES).zip(normals.chunks_mut(LANES)).zip(owners.chunks(LANES));
-            for ((points, normals), owners) in blocks {
-                self.corners(owners, Some(points), normals);
-            }
-        });
     }
 
     /// Normals of the further sides of creases.
@@ -94,7 +138,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         at_corners
             .par_chunks_mut(LANES)
             .zip(corners.par_chunks(LANES))
-            .for_each(|(normals, corners)| self.corners(corners, None, normals));
+            .for_each(|(normals, corners)| self.corners(corners, normals));
         let Some(rate) = sides.edges().next().map(|h| layout.rates.edge[layout.table.topology().edge(h).index()])
         else {
             return;
@@ -115,7 +159,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let subfaces = layout.table.subfaces(face);
         if subfaces == 1 {
             let turn = layout.table.turn(layout.table.patch(face, 0));
-            let own = turned_sides(layout.is_triangle(), grid::side(corner as u8), turn);
+            let own = turned_parts(layout.is_triangle(), grid::side(corner as u8), turn);
             let samples = self.patch(face, 0, own, scratch);
             normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
             return;
@@ -128,16 +172,13 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         back.copy_from_slice(&scratch.normals[samples.side(3)]);
     }
 
-    /// Up to a block of face corners.
-    fn corners(&self, corners: &[u32], mut points: Option<&mut [[T; N]]>, normals: &mut [[T; 3]]) {
+    /// Normals of up to a block of face corners.
+    fn corners(&self, corners: &[u32], normals: &mut [[T; 3]]) {
         let [mut du, mut dv] = [[[T::default(); LANES]; 3]; 2];
         let mut extent = [T::default(); LANES];
         for (k, &h) in corners.iter().enumerate() {
-            let ([position, u, v], size) = self.corner(HalfEdge(h));
+            let ([u, v], size) = self.corner(HalfEdge(h));
             extent[k] = size;
-            if let Some(points) = &mut points {
-                points[k] = position;
-            }
             (0..3).for_each(|c| (du[c][k], dv[c][k]) = (u[c % N], v[c % N]));
         }
         let mut unit = [[T::default(); 3]; LANES];
@@ -148,17 +189,15 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
     }
 
-    /// Position, and derivatives if `K` is 3, at the start of a half-edge; and how far from each other its control points
-    /// are.
-    #[inline]
-    fn corner<const K: usize>(&self, h: HalfEdge) -> ([[T; N]; K], T) {
+    /// Derivatives at the start of a half-edge; and how far from each other its control points are.
+    fn corner(&self, h: HalfEdge) -> ([[T; N]; 2], T) {
         let layout = self.sampler.layout();
         let (patch, corner) = corner_of(layout.table, layout.is_triangle(), h);
-        let plan = layout.table.patch_plan(patch).expect("owners are no holes");
+        let plan = layout.table.patch_plan(patch).expect("its face is no hole");
         let row: &CornerRow<T> = self.patterns.corner(plan, corner);
         let (ring, control) = (layout.table.ring(patch), self.sampler.surface().points());
         let base = control[ring[0] as usize];
-        let mut sums = [[T::default(); N]; K];
+        let mut sums = [[T::default(); N]; 2];
         let mut extent = T::default();
         for &(p, weights) in row {
             let point = control[ring[p as usize] as usize];
@@ -166,75 +205,127 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
                 let x = point[c] - base[c];
                 let size = if x > T::default() { x } else { T::default() - x };
                 extent = if size > extent { size } else { extent };
-                for k in 0..K {
+                for k in 0..2 {
                     sums[k][c] = sums[k][c] + weights[k] * x;
                 }
             }
-        }
-        for c in 0..N {
-            sums[0][c] = base[c] + sums[0][c];
         }
         (sums, extent)
     }
 
     fn chunk(&self, mut task: Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
-        let (table, is_triangle) = (layout.table, layout.is_triangle());
-        let before = [layout.edge_range(&task.faces).start, layout.face_range(&task.faces).start];
+        let table = layout.table;
+        let first_edge = layout.edge_range(&task.faces).start;
         for face in task.faces.clone().map(Face).filter(|&f| !table.topology().is_hole(f)) {
             if table.subfaces(face) > 1 {
-                self.polygon(face, before, &mut task, scratch);
+                self.polygon(face, first_edge, &mut task, scratch);
                 continue;
             }
             let patch = table.patch(face, 0);
-            let (owned, turn) = (layout.owned(patch), table.turn(patch));
-            let samples = self.patch(face, 0, turned_sides(is_triangle, owned, turn), scratch);
-            let turned = (turn > 0).then(|| self.patterns.turned_inside(false, turn));
-            scratch.copy_inside(samples, turned, &mut task.inside, layout.face_first(face) - before[1]);
-            if owned != 0 {
-                // Edges come in the order of their owners.
-                let first = table.topology().half_edge(face, owned.trailing_zeros() as usize);
-                let mut at = layout.edge_first(table.topology().edge(first)) - before[0];
-                for s in (0..4u8).filter(|s| owned & grid::side(*s) != 0) {
-                    let own = turned_sides(is_triangle, grid::side(s), turn).trailing_zeros();
-                    at += scratch.copy(samples.side(own as usize), &mut task.edges, at);
-                }
+            match self.patterns.of_patch(patch) {
+                Some(pattern) if pattern.is_own => self.own(face, patch, pattern, &mut task, scratch),
+                _ => self.shared(face, patch, &mut task, scratch),
             }
         }
     }
 
+    /// A face whose pattern has its own samples, in the order of the result.
+    fn own(
+        &self,
+        face: Face,
+        patch: usize,
+        pattern: &Pattern<T>,
+        task: &mut Task<'_, T, N>,
+        scratch: &mut Scratch<T, N>,
+    ) {
+        let samples = &pattern.samples;
+        let length = samples.blocks() * LANES;
+        let with_normals = self.sampler.with_normals();
+        scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
+        let Scratch { ring, points: kept_points, normals: kept_normals, unsure } = scratch;
+        // Blocks may end beyond the samples inside: later faces write over what they leave there.
+        let has_room = task.inside.points.len() >= length;
+        let points = if has_room { &mut task.inside.points[..length] } else { &mut kept_points[..length] };
+        let normals = match (with_normals, has_room) {
+            (false, _) => &mut [],
+            (true, true) => &mut task.inside.normals[..length],
+            (true, false) => &mut kept_normals[..length],
+        };
+        let control = self.sampler.surface().points();
+        let numbers = self.sampler.layout().table.ring_of(patch, pattern.matrix.points());
+        let out = Samples { points: &mut *points, normals: &mut *normals, unsure };
+        if pattern.matrix.evaluate(Ring { numbers, control }, ring, |_| true, out) {
+            self.sure_normals(face, 0, samples, (0, ALL), normals, unsure);
+        }
+        let (inside, along) = (samples.inside(), samples.inside() + samples.along_sides());
+
+        task.edges.put(&points[inside..along], of(normals, inside..along));
+        task.vertices.put(&points[along..samples.len()], of(normals, along..samples.len()));
+        if has_room {
+            task.inside.skip(inside);
+        } else {
+            task.inside.put(&kept_points[..inside], of(kept_normals, 0..inside));
+        }
+    }
+
+    /// A face that shares its pattern with others that lie otherwise, or has none.
+    fn shared(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+        let layout = self.sampler.layout();
+        let is_triangle = layout.is_triangle();
+        let (owned, turn) = (layout.owned(patch), layout.table.turn(patch));
+        let samples = self.patch(face, 0, turned_parts(is_triangle, owned, turn), scratch);
+        let turned = (turn > 0).then(|| self.patterns.turned_inside(false, turn));
+        scratch.put_inside(samples, turned, &mut task.inside);
+        let place = |part: Parts| turned_parts(is_triangle, part, turn).trailing_zeros() as usize;
+        for s in (0..4u8).filter(|s| owned & grid::side(*s) != 0) {
+            scratch.put(samples.side(place(grid::side(s))), &mut task.edges);
+        }
+        for c in (0..4u8).filter(|c| owned & grid::corner(*c) != 0) {
+            let at = samples.corner(place(grid::corner(c)) - 4);
+            scratch.put(at..at + 1, &mut task.vertices);
+        }
+    }
+
     /// The sub-faces of a face that is no quad.
-    fn polygon(&self, face: Face, before: [usize; 2], task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+    fn polygon(&self, face: Face, first_edge: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let t = layout.table.topology();
         let subfaces = layout.table.subfaces(face);
         let cells = layout.cells[1] as usize;
         // The centre, the points inside spokes, then those inside sub-faces.
-        let centre = layout.face_first(face) - before[1];
-        let mut inside_at = centre + 1 + subfaces as usize * (cells - 1);
+        let (mut spokes, mut inside) = task.inside.borrow().split(1 + subfaces as usize * (cells - 1));
+        let (mut counted, mut edge_points) = (spokes.points.len(), 0);
+        let before = first_edge + layout.edge_range(&task.faces).len() - task.edges.points.len();
         for subface in 0..subfaces {
             let owned = layout.owned(layout.table.patch(face, subface));
             let (out, back) = (owned & grid::side(0) != 0, owned & grid::side(3) != 0);
             let mut parts = owned | grid::side(1);
             parts |= if out { grid::corner(1) } else { 0 } | if subface == 0 { grid::corner(2) } else { 0 };
             let samples = self.patch(face, subface, parts, scratch);
+            let corner = |c: usize| samples.corner(c)..samples.corner(c) + 1;
             if subface == 0 {
-                scratch.copy(samples.corner(2)..samples.corner(2) + 1, &mut task.inside, centre);
+                scratch.put(corner(2), &mut spokes);
             }
-            let spoke = centre + 1 + subface as usize * (cells - 1);
-            scratch.copy(samples.side(1), &mut task.inside, spoke);
-            inside_at += scratch.copy_inside(samples, None, &mut task.inside, inside_at);
+            scratch.put(samples.side(1), &mut spokes);
+            scratch.put_inside(samples, None, &mut inside);
+            counted += samples.inside();
             let h = t.half_edge(face, subface as usize);
-            let first = |h: HalfEdge| layout.edge_first(t.edge(h)) - before[0];
+            let edge = |h: HalfEdge| layout.edge_first(t.edge(h)) - before;
             if out {
-                let at = first(h);
-                scratch.copy(samples.side(0), &mut task.edges, at);
-                scratch.copy(samples.corner(1)..samples.corner(1) + 1, &mut task.edges, at + cells - 1);
+                scratch.put(samples.side(0), &mut task.edges.borrow().split(edge(h)).1);
+                scratch.put(corner(1), &mut task.edges.borrow().split(edge(h) + cells - 1).1);
+                edge_points += 2 * cells - 1;
             }
             if back {
-                scratch.copy(samples.side(3), &mut task.edges, first(t.prev(h)) + cells);
+                scratch.put(samples.side(3), &mut task.edges.borrow().split(edge(t.prev(h)) + cells).1);
+            }
+            if owned & grid::corner(0) != 0 {
+                scratch.put(corner(0), &mut task.vertices);
             }
         }
+        task.inside.skip(counted);
+        task.edges.skip(edge_points);
     }
 
     /// Evaluates the wanted parts of a patch into the thread's own memory.
@@ -242,16 +333,13 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let table = self.sampler.layout().table;
         let patch = table.patch(face, subface);
         let turn = table.turn(patch);
-        let pattern = self.patterns.of_patch(patch);
-        let samples = pattern.map_or_else(|| self.patterns.all(table.subfaces(face) > 1), |p| &p.samples);
-        scratch.resize(samples.blocks(), self.sampler.with_normals());
-        let at = |s: usize| {
-            let [u, v] = samples.uv_in_face(s, turn);
-            Location { face, subface, u, v }
-        };
-        let Some(pattern) = pattern else {
+        let with_normals = self.sampler.with_normals();
+        let Some(pattern) = self.patterns.of_patch(patch) else {
+            let samples = self.patterns.all(table.subfaces(face) > 1);
+            scratch.resize(samples.blocks(), 0, with_normals);
             for s in (0..samples.len()).filter(|s| samples.uses(s / LANES, parts)) {
-                let (point, normal) = self.sampler.single(at(s));
+                let [u, v] = samples.uv_in_face(s, turn);
+                let (point, normal) = self.sampler.single(Location { face, subface, u, v });
                 scratch.points[s] = round(point);
                 if let Some(n) = scratch.normals.get_mut(s) {
                     *n = round(normal);
@@ -259,23 +347,36 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             }
             return samples;
         };
+        let samples = &pattern.samples;
+        scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
+        let Scratch { ring, points, normals, unsure } = scratch;
         let control = self.sampler.surface().points();
-        let ring = table.ring(patch);
-        let base = control[ring[0] as usize];
-        scratch.ring.clear();
-        scratch.ring.extend(ring.iter().map(|&v| {
-            let p = &control[v as usize];
-            std::array::from_fn::<T, N, _>(|c| p[c] - base[c])
-        }));
-        let unsure = scratch.apply(pattern, parts, base);
-        if unsure {
-            for s in (0..samples.len()).filter(|&s| samples.uses(s / LANES, parts)) {
-                if scratch.unsure[s / LANES] >> (s % LANES) & 1 != 0 {
-                    scratch.normals[s] = round(self.sampler.single(at(s)).1);
-                }
-            }
+        let numbers = table.ring_of(patch, pattern.matrix.points());
+        let wanted = |b: usize| samples.uses(b, parts);
+        let out = Samples { points, normals, unsure };
+        if pattern.matrix.evaluate(Ring { numbers, control }, ring, wanted, out) {
+            self.sure_normals(face, subface, samples, (turn, parts), normals, unsure);
         }
         samples
+    }
+
+    /// Evaluates those normals by themselves that are not to be had from sums in `T`.
+    #[cold]
+    fn sure_normals(
+        &self,
+        face: Face,
+        subface: u32,
+        samples: &GridSamples,
+        (turn, parts): (u8, Parts),
+        normals: &mut [[T; 3]],
+        unsure: &[u32],
+    ) {
+        for s in (0..samples.len()).filter(|&s| samples.uses(s / LANES, parts)) {
+            if unsure[s / LANES] >> (s % LANES) & 1 != 0 {
+                let [u, v] = samples.uv_in_face(s, turn);
+                normals[s] = round(self.sampler.single(Location { face, subface, u, v }).1);
+            }
+        }
     }
 }
 
@@ -286,52 +387,33 @@ impl<T: Real, const N: usize> Default for Scratch<T, N> {
 }
 
 impl<T: Real, const N: usize> Scratch<T, N> {
-    /// Makes room for this many blocks.
-    fn resize(&mut self, blocks: usize, normals: bool) {
+    /// Makes room for this many blocks, and control points.
+    fn resize(&mut self, blocks: usize, ring: usize, normals: bool) {
         if self.points.len() < blocks * LANES {
             self.points.resize(blocks * LANES, [T::default(); N]);
             self.normals.resize(if normals { blocks * LANES } else { 0 }, [T::default(); 3]);
             self.unsure.resize(blocks, 0);
         }
-    }
-
-    /// Weights times the ring at hand; true where some normal is to be had otherwise.
-    fn apply(&mut self, pattern: &Pattern<T>, parts: Parts, base: [T; N]) -> bool {
-        let wanted = |b: usize| pattern.samples.uses(b, parts);
-        pattern.rows[0].apply_some(&self.ring, base, wanted, &mut self.points);
-        let [_, u, v] = &pattern.rows[..] else { return false };
-        kernel::normals([u, v], &self.ring, wanted, &mut self.normals, &mut self.unsure)
-    }
-
-    /// Copies a run of samples to `at`; gives back their number.
-    fn copy(&self, run: Range<usize>, out: &mut Output<'_, T, N>, at: usize) -> usize {
-        let count = run.len();
-        out.points[at..at + count].copy_from_slice(&self.points[run.clone()]);
-        if !out.normals.is_empty() {
-            out.normals[at..at + count].copy_from_slice(&self.normals[run]);
+        if self.ring.len() < ring {
+            self.ring.resize(ring, [T::default(); N]);
         }
-        count
+    }
+
+    /// Copies a run of samples to the next places.
+    fn put(&self, run: Range<usize>, out: &mut Output<'_, T, N>) {
+        out.put(&self.points[run.clone()], of(&self.normals, run));
     }
 
     /// Copies the samples inside a patch, whose face may be turned against its plan.
-    fn copy_inside(
-        &self,
-        samples: &GridSamples,
-        turned: Option<&[u32]>,
-        out: &mut Output<'_, T, N>,
-        at: usize,
-    ) -> usize {
-        let count = samples.inside();
-        let Some(turned) = turned else { return self.copy(0..count, out, at) };
-        for (out, &s) in out.points[at..at + count].iter_mut().zip(turned) {
+    fn put_inside(&self, samples: &GridSamples, turned: Option<&[u32]>, out: &mut Output<'_, T, N>) {
+        let Some(turned) = turned else { return self.put(0..samples.inside(), out) };
+        for (out, &s) in out.points.iter_mut().zip(turned) {
             *out = self.points[s as usize];
         }
-        if !out.normals.is_empty() {
-            for (out, &s) in out.normals[at..at + count].iter_mut().zip(turned) {
-                *out = self.normals[s as usize];
-            }
+        for (out, &s) in out.normals.iter_mut().zip(turned) {
+            *out = self.normals[s as usize];
         }
-        count
+        out.skip(turned.len());
     }
 }
 
@@ -342,6 +424,7 @@ mod tests {
     use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tessellate::layout::{Layout, PatchRates};
+    use crate::tessellate::pattern::Frames;
     use crate::tessellate::sample::NormalOf;
 
     #[test]
@@ -360,10 +443,10 @@ mod tests {
             let layout = Layout::new(&table, PatchRates { edge: vec![6; table.topology().edge_count()], patch });
             let sampler = Sampler::new(table.surface(&shape.positions), &layout, Some(NormalOf::SPACE));
             let evaluate = |bytes: [usize; 2]| {
-                let patterns = Patterns::within(&layout, Some(&Sides::default()), bytes);
+                let patterns = Patterns::within(&layout, Some(&Sides::default()), Frames::One, bytes);
                 let (mut points, mut normals) = (vec![[0.0; 3]; layout.points()], vec![[0.0; 3]; layout.points()]);
                 let out = Output { points: &mut points, normals: &mut normals };
-                Evaluator { patterns: &patterns, sampler }.evaluate(out);
+                Evaluator { patterns: &patterns, sampler }.evaluate(out, &mut Vertices::default());
                 (points, normals)
             };
             let (with, without) = (evaluate([usize::MAX; 2]), evaluate([0; 2]));

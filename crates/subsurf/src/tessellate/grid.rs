@@ -34,12 +34,12 @@ pub(super) const ALL: Parts = 0xff;
 pub(super) struct GridSamples {
     cells: u32,
     is_triangle: bool,
+    parts: Parts,
     /// Grid points.
     points: Vec<[u32; 2]>,
     inside: usize,
     side_at: [usize; 4],
     corner_at: [usize; 4],
-    first_corner: usize,
     /// By block, the parts that have a sample in it; every one where samples inside do.
     block_parts: Vec<Parts>,
 }
@@ -58,14 +58,13 @@ impl GridSamples {
             points.extend((1..cells).map(|k| on_side(is_triangle, cells, s, k)));
             of_part.resize(points.len(), side(s));
         }
-        let first_corner = points.len();
         for c in (0..sides).filter(|&c| parts & corner(c) != 0) {
             corner_at[c as usize] = points.len();
             points.push(on_side(is_triangle, cells, c, 0));
             of_part.push(corner(c));
         }
         let block_parts = of_part.chunks(LANES).map(|parts| parts.iter().fold(0, |all, p| all | p)).collect();
-        Self { cells, is_triangle, points, inside, side_at, corner_at, first_corner, block_parts }
+        Self { cells, is_triangle, parts, points, inside, side_at, corner_at, block_parts }
     }
 
     pub fn len(&self) -> usize {
@@ -82,6 +81,11 @@ impl GridSamples {
         self.block_parts[block] == ALL || self.block_parts[block] & parts != 0
     }
 
+    /// Number of samples along sides, all of them one after the other.
+    pub fn along_sides(&self) -> usize {
+        (self.parts & EVERY_SIDE).count_ones() as usize * (self.cells as usize - 1)
+    }
+
     /// Number of samples inside, which come first.
     pub fn inside(&self) -> usize {
         self.inside
@@ -91,17 +95,31 @@ impl GridSamples {
         self.side_at[s]..self.side_at[s] + self.cells as usize - 1
     }
 
-    /// The first sample at a corner: those before lie at no vertex.
-    pub fn first_corner(&self) -> usize {
-        self.first_corner
+    /// Grid points.
+    pub fn points(&self) -> &[[u32; 2]] {
+        &self.points
     }
 
     pub fn corner(&self, c: usize) -> usize {
         self.corner_at[c]
     }
 
+    /// A grid point of a face whose corner `turn` is the plan's corner 0, in the plan.
+    pub fn in_plan(is_triangle: bool, cells: u32, [i, j]: [u32; 2], turn: u8) -> [u32; 2] {
+        let n = cells;
+        match (is_triangle, turn) {
+            (_, 0) => [i, j],
+            (false, 1) => [j, n - i],
+            (false, 2) => [n - i, n - j],
+            (false, _) => [n - j, i],
+            (true, 1) => [j, n - i - j],
+            (true, _) => [n - i - j, i],
+        }
+    }
+
     /// Parameters in the plan.
-    pub fn uv(&self, sample: usize) -> [f64; 2] {
+    #[cfg(test)]
+    fn uv(&self, sample: usize) -> [f64; 2] {
         self.points[sample].map(|k| f64::from(k) / f64::from(self.cells))
     }
 
@@ -124,20 +142,8 @@ impl GridSamples {
     /// plan's.
     pub fn turned_inside(cells: u32, is_triangle: bool, turn: u8) -> Vec<u32> {
         let grid = PatchGrid { cells: [cells; 2], first: 0, is_triangle };
-        let n = cells;
-        grid.interior()
-            .map(|(i, j)| {
-                let (a, b) = match (is_triangle, turn) {
-                    (_, 0) => (i, j),
-                    (false, 1) => (j, n - i),
-                    (false, 2) => (n - i, n - j),
-                    (false, _) => (n - j, i),
-                    (true, 1) => (j, n - i - j),
-                    (true, _) => (n - i - j, i),
-                };
-                grid.inner(a, b)
-            })
-            .collect()
+        let in_plan = |(i, j)| Self::in_plan(is_triangle, cells, [i, j], turn);
+        grid.interior().map(in_plan).map(|[a, b]| grid.inner(a, b)).collect()
     }
 }
 
@@ -152,10 +158,11 @@ fn on_side(is_triangle: bool, n: u32, s: u8, k: u32) -> [u32; 2] {
     }
 }
 
-/// A face's sides as the plan numbers them, the plan's corner 0 being the face's corner `turn`.
-pub(super) fn turned_sides(is_triangle: bool, sides: Parts, turn: u8) -> Parts {
+/// A face's sides and corners as the plan numbers them, the plan's corner 0 being the face's corner `turn`.
+pub(super) fn turned_parts(is_triangle: bool, parts: Parts, turn: u8) -> Parts {
     let (count, mask) = if is_triangle { (3, 0b111) } else { (4, 0b1111) };
-    ((sides & mask) >> turn | (sides & mask) << (count - turn)) & mask
+    let turned = |bits: u8| ((bits & mask) >> turn | (bits & mask) << (count - turn)) & mask;
+    turned(parts) | turned(parts >> 4) << 4
 }
 
 #[cfg(test)]
@@ -192,7 +199,7 @@ mod tests {
                 // Side s of the face starts at its corner s, which is corner s - turn of the plan.
                 for s in 0..sides {
                     let own = (s + sides - turn) % sides;
-                    assert_eq!(turned_sides(is_triangle, side(s), turn), side(own));
+                    assert_eq!(turned_parts(is_triangle, side(s), turn), side(own));
                     let start = samples.uv_in_face(samples.corner(own as usize), turn);
                     assert_eq!(start, samples.uv(samples.corner(s as usize)));
                 }

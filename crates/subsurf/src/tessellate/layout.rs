@@ -1,6 +1,7 @@
 //! Where every sample goes: rates per edge, and the index of every point.
 
 use super::TessellateError;
+use super::grid::{self, Parts};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::limit::{Location, PatchTable};
 use crate::mesh::MAX_COUNT;
@@ -69,17 +70,19 @@ pub(super) struct Layout<'a> {
     vertex_point: Vec<u32>,
     /// By point, the face corner that evaluates a vertex: the lowest one outside holes.
     pub vertex_owner: Vec<u32>,
+    /// By point, the number of a vertex in the order of owners; nothing where that is the order of points.
+    pub vertex_slot: Vec<u32>,
     /// First point inside every edge, counted from the first of all. Edges come in the order of their owners.
     edge_first: Vec<u32>,
     /// The half-edge that evaluates an edge: the lowest one outside holes.
     pub edge_owner: Vec<u32>,
     /// First point inside every face, counted from the first of all.
     face_first: Vec<u32>,
-    /// By patch: bit `s` is set where its face evaluates the edge that its side `s` lies on; of sub-faces sides 0 and 3
-    /// lie on edges.
-    owned: Vec<u8>,
-    /// Points inside the edges that earlier chunks of faces own.
-    chunk_edges: Vec<u32>,
+    /// By patch, what its face evaluates: the edges that sides lie on, and the vertices at corners; of sub-faces sides 0
+    /// and 3 lie on edges, and corner 0 is a vertex.
+    owned: Vec<Parts>,
+    /// Vertices, and points inside the edges, that earlier chunks of faces own.
+    chunk_starts: Vec<[u32; 2]>,
     /// Numbers of points at vertices, inside edges, inside faces.
     counts: [u64; 3],
 }
@@ -96,12 +99,13 @@ impl<'a> Layout<'a> {
         let mut edge_first = vec![0; t.edge_count()];
         let mut owned = vec![0u8; table.patch_count()];
         let mut face_first = Vec::with_capacity(t.face_count() + 1);
-        let mut chunk_edges = Vec::with_capacity(t.face_count() / CHUNK as usize + 2);
+        let mut chunk_starts = Vec::with_capacity(t.face_count() / CHUNK as usize + 2);
+        let mut slot_owner = Vec::with_capacity(t.vertex_count());
         // Counts that overflow here are refused by `check`.
         let mut counts = [0u64; 3];
         for f in (0..t.face_count() as u32).map(Face) {
             if f.0 % CHUNK == 0 {
-                chunk_edges.push(counts[1] as u32);
+                chunk_starts.push([counts[0], counts[1]].map(|count| count as u32));
             }
             face_first.push(counts[2] as u32);
             if t.is_hole(f) {
@@ -111,10 +115,16 @@ impl<'a> Layout<'a> {
             let (patch, subfaces) = (table.patch(f, 0), table.subfaces(f));
             for side in 0..sides {
                 let h = HalfEdge(first + side);
-                let owner = &mut vertex_point[t.origin(h).index()];
-                if *owner == NONE {
-                    *owner = h.0;
+                let slot = &mut vertex_point[t.origin(h).index()];
+                if *slot == NONE {
+                    *slot = slot_owner.len() as u32;
+                    slot_owner.push(h.0);
                     counts[0] += 1;
+                    if subfaces == 1 {
+                        owned[patch] |= grid::corner(side as u8);
+                    } else {
+                        owned[patch + side as usize] |= grid::corner(0);
+                    }
                 }
                 let e = t.edge(h).index();
                 if edge_owner[e] != NONE {
@@ -124,10 +134,10 @@ impl<'a> Layout<'a> {
                 edge_first[e] = counts[1] as u32;
                 counts[1] += u64::from(rates.edge[e]) - 1;
                 if subfaces == 1 {
-                    owned[patch] |= 1 << side;
+                    owned[patch] |= grid::side(side as u8);
                 } else {
-                    owned[patch + side as usize] |= 1;
-                    owned[patch + ((side + 1) % sides) as usize] |= 1 << 3;
+                    owned[patch + side as usize] |= grid::side(0);
+                    owned[patch + ((side + 1) % sides) as usize] |= grid::side(3);
                 }
             }
             let cells = rates.patch[patch].map(u64::from);
@@ -137,12 +147,14 @@ impl<'a> Layout<'a> {
             counts[2] += if n == 1 { inner } else { 1 + n * (nu - 1) + n * inner };
         }
         face_first.push(counts[2] as u32);
-        chunk_edges.push(counts[1] as u32);
-        // Owners by vertex become points by vertex and owners by point.
-        let mut vertex_owner = Vec::with_capacity(counts[0] as usize);
-        for point in vertex_point.iter_mut().filter(|p| **p != NONE) {
-            vertex_owner.push(*point);
-            *point = vertex_owner.len() as u32 - 1;
+        chunk_starts.push([counts[0], counts[1]].map(|count| count as u32));
+        // Slots by vertex become points by vertex, and owners and slots by point.
+        let (mut vertex_owner, mut vertex_slot) = (slot_owner, Vec::new());
+        if vertex_point.iter().filter(|p| **p != NONE).enumerate().any(|(point, &slot)| point as u32 != slot) {
+            vertex_slot.extend(vertex_point.iter().copied().filter(|p| *p != NONE));
+            let points = vertex_point.iter_mut().filter(|p| **p != NONE);
+            points.enumerate().for_each(|(number, point)| *point = number as u32);
+            vertex_owner = vertex_slot.iter().map(|&slot| vertex_owner[slot as usize]).collect();
         }
         let mut layout = Self {
             table,
@@ -150,11 +162,12 @@ impl<'a> Layout<'a> {
             cells: [0; 2],
             vertex_point,
             vertex_owner,
+            vertex_slot,
             edge_first,
             edge_owner,
             face_first,
             owned,
-            chunk_edges,
+            chunk_starts,
             counts,
         };
         layout.cells = layout.uniform_cells();
@@ -223,15 +236,19 @@ impl<'a> Layout<'a> {
         self.face_first[faces.start as usize] as usize..self.face_first[faces.end as usize] as usize
     }
 
-    /// The first point inside a face, counted from the first of all faces.
-    pub fn face_first(&self, f: Face) -> usize {
-        self.face_first[f.index()] as usize
-    }
-
     /// The points inside the edges that the faces of a chunk own, counted from the first edge's first.
     pub fn edge_range(&self, faces: &Range<u32>) -> Range<usize> {
+        self.chunk_range(faces, 1)
+    }
+
+    /// The vertices that the faces of a chunk own, in the order of owners.
+    pub fn vertex_range(&self, faces: &Range<u32>) -> Range<usize> {
+        self.chunk_range(faces, 0)
+    }
+
+    fn chunk_range(&self, faces: &Range<u32>, kind: usize) -> Range<usize> {
         let chunk = (faces.start / CHUNK) as usize;
-        self.chunk_edges[chunk] as usize..self.chunk_edges[chunk + 1] as usize
+        self.chunk_starts[chunk][kind] as usize..self.chunk_starts[chunk + 1][kind] as usize
     }
 
     /// The first point inside an edge, counted from the first of all edges.
@@ -239,8 +256,9 @@ impl<'a> Layout<'a> {
         self.edge_first[e.index()] as usize
     }
 
-    /// Bit `s` is set where the face of a patch evaluates the edge that its side `s` lies on.
-    pub fn owned(&self, patch: usize) -> u8 {
+    /// What the face of a patch evaluates: edges by the sides that lie on them, vertices by the corners.
+    #[inline(always)]
+    pub fn owned(&self, patch: usize) -> Parts {
         self.owned[patch]
     }
 

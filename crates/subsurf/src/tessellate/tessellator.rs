@@ -1,12 +1,12 @@
 //! A tessellation of which everything but positions is at hand: made once per connectivity and options, evaluated once per
 //! animation frame.
 
-use super::evaluate::{Evaluator, Output};
+use super::evaluate::{Evaluator, Output, Vertices};
 use super::faceted::PatchNormals;
 use super::facets::{self, FacetArrays};
 use super::layout::Layout;
 use super::normals::Sides;
-use super::pattern::Patterns;
+use super::pattern::{Frames, Patterns};
 use super::sample::{NormalOf, Sampler};
 use super::{Places, TessellateError, TessellateOptions, Tessellation, rates, shade};
 use crate::limit::{LimitSurface, PatchTable};
@@ -14,6 +14,7 @@ use crate::real::{Real, round};
 use crate::scheme::Scheme;
 use crate::shading::ShadingNormals;
 use rayon::prelude::*;
+use std::sync::Mutex;
 
 /// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once.
 ///
@@ -43,6 +44,8 @@ pub struct Tessellator<'a, T> {
     facets: FacetArrays,
     /// Where normals are evaluated under bilinear subdivision.
     faceted: Option<PatchNormals>,
+    /// Kept from frame to frame.
+    vertices: Mutex<Vertices<T, 3>>,
     options: TessellateOptions,
 }
 
@@ -60,6 +63,16 @@ impl PatchTable {
         points: &[[T; 3]],
         options: &TessellateOptions,
     ) -> Result<Tessellator<'_, T>, TessellateError> {
+        self.tessellator_for(points, options, Frames::Many)
+    }
+
+    /// The same for a number of frames.
+    pub(super) fn tessellator_for<T: Real>(
+        &self,
+        points: &[[T; 3]],
+        options: &TessellateOptions,
+        frames: Frames,
+    ) -> Result<Tessellator<'_, T>, TessellateError> {
         let rates = rates::choose(&self.surface(points), options.rates, options.most_points)?;
         let layout = Layout::new(self, rates);
         layout.check(options.most_points)?;
@@ -75,8 +88,9 @@ impl PatchTable {
                 facets.places = Places::default();
             }
         }
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides)));
-        Ok(Tessellator { layout, sides, patterns, facets, faceted, options: *options })
+        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides), frames));
+        let vertices = Mutex::default();
+        Ok(Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options })
     }
 }
 
@@ -205,8 +219,11 @@ impl<'a, T: Real> Tessellator<'a, T> {
         if let Some(shading) = shading {
             assert!(shading.fits(self.layout.table.topology()), "the normals are those of this mesh");
         }
+        // Whoever evaluates another frame at the same time has memory of his own.
+        let (mut kept, mut other) = (self.vertices.try_lock(), Vertices::default());
+        let memory = kept.as_deref_mut().unwrap_or(&mut other);
         if let Some(faceted) = &self.faceted {
-            fill(&self.layout, self.patterns.as_ref(), surface, None, Output { points, normals: &mut [] });
+            fill(&self.layout, self.patterns.as_ref(), surface, None, Output { points, normals: &mut [] }, memory);
             let sampler = Sampler::new(surface, &self.layout, Some(NormalOf::SPACE));
             normals.par_iter_mut().zip(&faceted.sources).for_each(|(n, &at)| *n = round(sampler.normal(at)));
             return;
@@ -214,7 +231,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
         let normal_of = self.options.normals.then_some(NormalOf::SPACE);
         let shared = if self.options.normals { points.len() } else { 0 };
         let (own, extra) = normals.split_at_mut(shared);
-        fill(&self.layout, self.patterns.as_ref(), surface, normal_of, Output { points, normals: own });
+        fill(&self.layout, self.patterns.as_ref(), surface, normal_of, Output { points, normals: own }, memory);
         let sampler = Sampler::new(surface, &self.layout, normal_of);
         match &self.patterns {
             Some(patterns) if !extra.is_empty() => Evaluator { patterns, sampler }.extra_normals(&self.sides, extra),
@@ -233,10 +250,11 @@ pub(super) fn fill<T: Real, const N: usize>(
     surface: LimitSurface<'_, T, N>,
     normals: Option<NormalOf<N>>,
     out: Output<'_, T, N>,
+    memory: &mut Vertices<T, N>,
 ) {
     let sampler = Sampler::new(surface, layout, normals);
     if let Some(patterns) = patterns {
-        return Evaluator { patterns, sampler }.evaluate(out);
+        return Evaluator { patterns, sampler }.evaluate(out, memory);
     }
     let (vertices, rest) = out.split(layout.vertices());
     let (edges, inside) = rest.split(layout.edge_points());

@@ -92,8 +92,8 @@ pub(crate) struct Spot<'a> {
 /// How the parameters of a piece lie in the face: turned by so many corners, then so many times as fast.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Pose {
-    turn: u8,
-    speed: [f64; 2],
+    pub(super) turn: u8,
+    pub(super) speed: [f64; 2],
 }
 
 impl Pose {
