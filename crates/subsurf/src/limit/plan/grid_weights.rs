@@ -9,13 +9,13 @@
 
 use super::lattice::{Grid, Lattice};
 use super::sub_patches::Pose;
-use super::{Body, LeafShape, Link, Plan, Plans};
+use super::{Body, LeafShape, Link, Plan, Plans, Points};
 use crate::kernel::{LANES, SurfaceMatrix, vectorized};
 use crate::limit::box_spline;
 use crate::limit::bspline::{cubic, tensor};
 use crate::limit::corner::Corner;
 use crate::limit::plan_key::KeyHasher;
-use crate::limit::rows::Rows;
+use crate::limit::rows;
 use crate::limit::single_crease;
 use crate::limit::special::{PointWeights, SpecialVertex};
 use crate::real::Real;
@@ -77,16 +77,25 @@ struct Source<'a> {
     /// Number of the child, if halving leads to it.
     child: Option<usize>,
     turn: u8,
-    /// Control points of the part as rows over those of the job: which ones, or all.
-    points: &'a Rows,
-    some: Option<&'a [u32]>,
+    points: Rows<'a>,
+}
+
+/// Control points of a part as rows over those of the job.
+enum Rows<'a> {
+    OfLeaf(&'a rows::Rows),
+    /// Some of the refined points.
+    OfChild(&'a Points, &'a [u32]),
 }
 
 impl Source<'_> {
     /// Its control point `i` over the control points of the job.
     #[inline(always)]
-    fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        self.points.row(self.some.map_or(i, |some| some[i] as usize))
+    fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> {
+        let (rows, i) = match self.points {
+            Rows::OfLeaf(rows) => (rows, i),
+            Rows::OfChild(points, some) => points.of(some[i] as usize),
+        };
+        rows.row(i)
     }
 }
 
@@ -253,7 +262,7 @@ impl<'a> Jobs<'a> {
                 };
                 let lattice = turned(turn);
                 let job = self.add(part, lattice, vertex);
-                vec![Source { job, lattice, child: None, turn, points: &leaf.points, some: None }]
+                vec![Source { job, lattice, child: None, turn, points: Rows::OfLeaf(&leaf.points) }]
             }
             // There the way down does not end.
             Body::Split(split) if split.ends.is_some() && grid.is_single(lattice) => Vec::new(),
@@ -263,8 +272,8 @@ impl<'a> Jobs<'a> {
                     let below = if halved { grid.lattice_in_child(lattice, number)? } else { lattice };
                     let lattice = grid.lattice_turned(below, child.turn)?;
                     let job = self.add(Part::Node(child.link(link.raise)), lattice, None);
-                    let (child_number, some) = (halved.then_some(number), Some(&child.ring[..]));
-                    Some(Source { job, lattice, child: child_number, turn: child.turn, points: &split.points, some })
+                    let points = Rows::OfChild(&split.points, &child.ring);
+                    Some(Source { job, lattice, child: halved.then_some(number), turn: child.turn, points })
                 });
                 children.collect()
             }
