@@ -4,6 +4,7 @@
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
 mod channel;
+mod corner_rows;
 mod evaluate;
 mod faceted;
 mod facets;
@@ -11,7 +12,9 @@ mod grid;
 mod grid_facets;
 mod layout;
 mod normals;
+mod output;
 mod pattern;
+mod piecewise;
 mod rates;
 mod sample;
 mod shade;

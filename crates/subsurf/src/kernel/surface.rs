@@ -8,7 +8,7 @@ use fearless_simd::{Level, Simd, dispatch};
 /// Weights of position, and of two derivatives where normals are wanted, over the points of a ring, in blocks:
 /// `blocks[(b * points + p) * orders + order][k]` is the weight of point `p` in sample `LANES * b + k`. What fills up the
 /// last block is not used.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct SurfaceMatrix<T> {
     blocks: Vec<[T; LANES]>,
     points: usize,
@@ -33,10 +33,10 @@ pub(crate) struct Samples<'o, T, const N: usize> {
 }
 
 impl<T: Real> SurfaceMatrix<T> {
-    /// Zeros; of position alone or, with 3 `orders`, of derivatives too.
-    pub fn zeros(samples: usize, points: usize, orders: usize) -> Self {
-        let blocks = vec![[T::default(); LANES]; samples.div_ceil(LANES) * points * orders];
-        Self { blocks, points, samples, orders }
+    /// Makes room for other weights: of position alone or, with 3 `orders`, of derivatives too.
+    pub fn resize(&mut self, samples: usize, points: usize, orders: usize) {
+        self.blocks.resize(samples.div_ceil(LANES) * points * orders, [T::default(); LANES]);
+        *self = Self { blocks: std::mem::take(&mut self.blocks), points, samples, orders };
     }
 
     /// Number of control points.

@@ -12,16 +12,19 @@
 //! raises, a plan is a node with a raise, and the way down takes one from the raise at every level. So the end of a crease
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
+mod columns;
 mod compile;
 mod fan;
 mod fan_mesh;
+mod grid_jobs;
 mod grid_weights;
 mod lattice;
 mod refined_points;
 mod sub_patches;
 
 pub(super) use compile::Numbers;
-pub(crate) use grid_weights::GridWeights;
+pub(crate) use grid_jobs::GridScratch;
+pub(crate) use grid_weights::{GridMaker, GridWeights};
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};

@@ -1,9 +1,9 @@
 //! A channel's values on the facets of a tessellation: the same rates over the channel's own topology, so that a value is
 //! evaluated once wherever faces share it, and seams fall where the channel has them.
 
-use super::evaluate::{Output, Vertices};
 use super::layout::{Layout, PatchRates};
 use super::normals::Sides;
+use super::output::{Output, Vertices};
 use super::pattern::{Frames, Patterns};
 use super::{TessellateError, TessellateOptions, Tessellation, facets, tessellator};
 use crate::index::HalfEdge;

@@ -2,13 +2,16 @@
 //! one control point of the face. Every sample is evaluated by its owner alone. Faces of a chunk come in order, and so do
 //! the points inside them and the vertices and edges that they own: each kind is one run of the result.
 
+use super::corner_rows::{CornerRow, corner_of};
 use super::grid::{self, ALL, GridSamples, Parts, turned_parts};
 use super::normals::Sides;
-use super::pattern::{CornerRow, Pattern, Patterns, corner_of};
+use super::output::{Output, Vertices, of};
+use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
-use crate::kernel::{LANES, Ring, Samples, unit_normals_of};
+use crate::kernel::{LANES, Ring, Samples, SurfaceMatrix, unit_normals_of};
 use crate::limit::Location;
+use crate::limit::plan::GridScratch;
 use crate::real::{Real, round};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -18,7 +21,7 @@ const VERTICES: usize = 4096;
 
 /// Evaluates a layout with uniform rates.
 pub(super) struct Evaluator<'a, T, const N: usize> {
-    pub patterns: &'a Patterns<T>,
+    pub patterns: &'a Patterns<'a, T>,
     /// Evaluates what sums in `T` do not tell.
     pub sampler: Sampler<'a, T, N>,
 }
@@ -30,6 +33,9 @@ struct Scratch<T, const N: usize> {
     normals: Vec<[T; 3]>,
     /// By block, the samples whose normals are to be had otherwise.
     unsure: Vec<u32>,
+    /// Of patterns that are made in passing.
+    matrix: SurfaceMatrix<T>,
+    grid: GridScratch,
 }
 
 /// A chunk of faces and the parts of the result that it fills: at its vertices, inside its edges, inside its faces.
@@ -38,59 +44,6 @@ struct Task<'o, T, const N: usize> {
     vertices: Output<'o, T, N>,
     edges: Output<'o, T, N>,
     inside: Output<'o, T, N>,
-}
-
-/// Points and, where they are wanted, their normals.
-pub(super) struct Output<'o, T, const N: usize> {
-    pub points: &'o mut [[T; N]],
-    pub normals: &'o mut [[T; 3]],
-}
-
-impl<'o, T: Copy, const N: usize> Output<'o, T, N> {
-    /// The first `count` points, and the rest.
-    pub fn split(self, count: usize) -> (Self, Self) {
-        let (points, more_points) = self.points.split_at_mut(count);
-        let (normals, more_normals) = self.normals.split_at_mut(count.min(self.normals.len()));
-        (Self { points, normals }, Self { points: more_points, normals: more_normals })
-    }
-
-    /// The same for a shorter time.
-    fn borrow(&mut self) -> Output<'_, T, N> {
-        Output { points: &mut *self.points, normals: &mut *self.normals }
-    }
-
-    /// Fills the first points, which are left out from then on.
-    fn put(&mut self, points: &[[T; N]], normals: &[[T; 3]]) {
-        self.points[..points.len()].copy_from_slice(points);
-        if !self.normals.is_empty() {
-            self.normals[..normals.len()].copy_from_slice(normals);
-        }
-        self.skip(points.len());
-    }
-
-    fn skip(&mut self, count: usize) {
-        self.points = &mut std::mem::take(&mut self.points)[count..];
-        if !self.normals.is_empty() {
-            self.normals = &mut std::mem::take(&mut self.normals)[count..];
-        }
-    }
-}
-
-/// A run of normals, if there are any.
-fn of<T>(normals: &[[T; 3]], run: Range<usize>) -> &[[T; 3]] {
-    if normals.is_empty() { &[] } else { &normals[run] }
-}
-
-/// Vertices in the order of their owners, for layouts that have another.
-pub(super) struct Vertices<T, const N: usize> {
-    points: Vec<[T; N]>,
-    normals: Vec<[T; 3]>,
-}
-
-impl<T, const N: usize> Default for Vertices<T, N> {
-    fn default() -> Self {
-        Self { points: Vec::new(), normals: Vec::new() }
-    }
 }
 
 impl<T: Real, const N: usize> Evaluator<'_, T, N> {
@@ -225,8 +178,21 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             let patch = table.patch(face, 0);
             match self.patterns.of_patch(patch) {
                 Some(pattern) if pattern.is_own => self.own(face, patch, pattern, &mut task, scratch),
-                _ => self.shared(face, patch, &mut task, scratch),
+                Some(_) => self.shared(face, patch, &mut task, scratch),
+                None => self.passing(face, patch, &mut task, scratch),
             }
+        }
+    }
+
+    /// A face whose pattern is made for it alone, or has none.
+    fn passing(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+        let memory = std::mem::take(&mut scratch.matrix);
+        match self.patterns.pass(patch, memory, &mut scratch.grid) {
+            Some(pattern) => {
+                self.own(face, patch, &pattern, task, scratch);
+                scratch.matrix = pattern.matrix;
+            }
+            None => self.shared(face, patch, task, scratch),
         }
     }
 
@@ -243,7 +209,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let length = samples.blocks() * LANES;
         let with_normals = self.sampler.with_normals();
         scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
-        let Scratch { ring, points: kept_points, normals: kept_normals, unsure } = scratch;
+        let Scratch { ring, points: kept_points, normals: kept_normals, unsure, .. } = scratch;
         // Blocks may end beyond the samples inside: later faces write over what they leave there.
         let has_room = task.inside.points.len() >= length;
         let points = if has_room { &mut task.inside.points[..length] } else { &mut kept_points[..length] };
@@ -337,19 +303,12 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let Some(pattern) = self.patterns.of_patch(patch) else {
             let samples = self.patterns.all(table.subfaces(face) > 1);
             scratch.resize(samples.blocks(), 0, with_normals);
-            for s in (0..samples.len()).filter(|s| samples.uses(s / LANES, parts)) {
-                let [u, v] = samples.uv_in_face(s, turn);
-                let (point, normal) = self.sampler.single(Location { face, subface, u, v });
-                scratch.points[s] = round(point);
-                if let Some(n) = scratch.normals.get_mut(s) {
-                    *n = round(normal);
-                }
-            }
+            self.piecewise((face, subface), samples, parts, &mut scratch.points, &mut scratch.normals);
             return samples;
         };
         let samples = &pattern.samples;
         scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
-        let Scratch { ring, points, normals, unsure } = scratch;
+        let Scratch { ring, points, normals, unsure, .. } = scratch;
         let control = self.sampler.surface().points();
         let numbers = table.ring_of(patch, pattern.matrix.points());
         let wanted = |b: usize| samples.uses(b, parts);
@@ -382,7 +341,14 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
 
 impl<T: Real, const N: usize> Default for Scratch<T, N> {
     fn default() -> Self {
-        Self { ring: Vec::new(), points: Vec::new(), normals: Vec::new(), unsure: Vec::new() }
+        Self {
+            ring: Vec::new(),
+            points: Vec::new(),
+            normals: Vec::new(),
+            unsure: Vec::new(),
+            matrix: SurfaceMatrix::default(),
+            grid: GridScratch::default(),
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! Weights of the samples of uniform tessellations, made once for all faces of a plan: everything about a frame that
 //! positions have no say in.
 
+use super::corner_rows::{CornerRow, CornerRows};
 use super::grid::{ALL, GridSamples, Parts};
 use super::layout::Layout;
 use super::normals::Sides;
-use crate::index::{Face, HalfEdge};
+use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
-use crate::limit::PatchTable;
-use crate::limit::plan::{GridWeights, Plan};
+use crate::limit::plan::{GridMaker, GridScratch, GridWeights};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -55,16 +55,22 @@ struct Wanted {
     parts: Parts,
     /// How the faces lie that it is for alone.
     own: Option<u8>,
+    /// True where it is made for one face and one frame, when that is evaluated.
+    is_passing: bool,
 }
 
-/// Weights at the corner of a plan: `(point of the ring, weights of ∂u, ∂v)`.
-pub(super) type CornerRow<T> = Vec<(u32, [T; 2])>;
+/// Numbers of patterns that are made in passing count from here.
+const PASSING: u32 = 1 << 31;
 
 /// What a tessellation's faces are evaluated with.
-pub(super) struct Patterns<T> {
+pub(super) struct Patterns<'a, T> {
     patterns: Vec<Pattern<T>>,
-    /// Pattern of every patch.
+    /// Pattern of every patch; from [`PASSING`] on, those that are made in passing.
     of_patch: Vec<u32>,
+    passing: Vec<Wanted>,
+    /// What makes patterns, by kind of patch (whole face, sub-face).
+    makers: [Option<GridMaker<'a>>; 2],
+    is_triangle: bool,
     corners: CornerRows<T>,
     /// Samples of patches without a pattern, by kind of patch (whole face, sub-face).
     all: [Option<GridSamples>; 2],
@@ -72,15 +78,15 @@ pub(super) struct Patterns<T> {
     turned: [Vec<Vec<u32>>; 2],
 }
 
-impl<T: Real> Patterns<T> {
+impl<'a, T: Real> Patterns<'a, T> {
     /// For a layout whose rates are uniform. With normals, where `sides` says which there are beyond one per point.
-    pub fn new(layout: &Layout<'_>, sides: Option<&Sides>, frames: Frames) -> Self {
+    pub fn new(layout: &Layout<'a>, sides: Option<&Sides>, frames: Frames) -> Self {
         Self::within(layout, sides, frames, [PATTERN_BYTES, ALL_PATTERN_BYTES])
     }
 
     /// With other bounds for the memory of one pattern and of all.
     pub fn within(
-        layout: &Layout<'_>,
+        layout: &Layout<'a>,
         sides: Option<&Sides>,
         frames: Frames,
         [most_each, most_in_all]: [usize; 2],
@@ -96,7 +102,7 @@ impl<T: Real> Patterns<T> {
                 let samples = (wanted.cells as usize + 1).pow(2).next_multiple_of(LANES);
                 let bytes = samples * table.plan(wanted.plan).ring() * count * size_of::<T>();
                 let fits = bytes <= most_each && total + bytes <= most_in_all;
-                total += if fits { bytes } else { 0 };
+                total += if fits && !wanted.is_passing { bytes } else { 0 };
                 fits
             })
             .collect();
@@ -107,35 +113,47 @@ impl<T: Real> Patterns<T> {
             of_plan[list[i].plan].push(i as u32);
         }
         let mut made: Vec<Option<Pattern<T>>> = list.iter().map(|_| None).collect();
-        for cells in layout.cells.into_iter().filter(|&cells| cells > 0) {
+        let makers = layout.cells.map(|cells| {
             let own = |plan: &usize| of_plan[*plan].first().is_some_and(|&i| list[i as usize].cells == cells);
-            let plans: Vec<usize> = (0..table.plan_count()).filter(own).collect();
+            let mut plans: Vec<usize> = (0..table.plan_count()).filter(own).collect();
+            if plans.is_empty() {
+                return None;
+            }
+            let maker = GridMaker::new(table.plans(), &plans, cells, count);
+            plans.retain(|&plan| of_plan[plan].iter().any(|&i| !list[i as usize].is_passing));
             let rows = &corners;
-            let results = table.plans().grid_weights(&plans, cells, count, |i, weights| {
-                let pattern = |&i: &u32| {
-                    let Wanted { parts, own, .. } = list[i as usize];
-                    let samples = GridSamples::new(cells, is_triangle, parts);
-                    let turn = own.unwrap_or(0);
-                    let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
-                    let matrix = weights.matrix(samples.points().iter().map(in_plan));
-                    (i, Pattern { samples, is_own: own.is_some(), matrix })
-                };
-                let patterns: Vec<(u32, Pattern<T>)> = of_plan[plans[i]].iter().map(pattern).collect();
-                (patterns, rows.of_grid(plans[i], cells, weights))
-            });
+            let make = |scratch: &mut GridScratch, &plan: &usize| {
+                maker.with_weights(plan, scratch, |weights| {
+                    let pattern =
+                        |&i: &u32| (i, list[i as usize].pattern(is_triangle, weights, SurfaceMatrix::default()));
+                    let patterns: Vec<(u32, Pattern<T>)> = of_plan[plan].iter().map(pattern).collect();
+                    (patterns, rows.of_grid(plan, cells, weights))
+                })
+            };
+            let results: Vec<_> = plans.par_iter().map_init(GridScratch::default, make).collect();
             for (patterns, rows) in results {
                 patterns.into_iter().for_each(|(i, pattern)| made[i as usize] = Some(pattern));
-                rows.into_iter().for_each(|(row, weights)| corners.rows[row] = weights);
+                corners.set(rows);
             }
-        }
+            Some(maker)
+        });
         corners.fill(table, count);
         let mut number = Vec::with_capacity(made.len());
         let mut patterns = Vec::with_capacity(made.len());
-        for pattern in made {
-            number.push(if pattern.is_some() { patterns.len() as u32 } else { NONE });
+        let mut passing = Vec::new();
+        for ((pattern, wanted), fits) in made.into_iter().zip(list).zip(fits) {
+            number.push(match (&pattern, fits && wanted.is_passing) {
+                (Some(_), _) => patterns.len() as u32,
+                (None, true) => PASSING + passing.len() as u32,
+                (None, false) => NONE,
+            });
             patterns.extend(pattern);
+            if number.last().is_some_and(|&n| n != NONE && n >= PASSING) {
+                passing.push(wanted);
+            }
         }
         of_patch.iter_mut().filter(|p| **p != NONE).for_each(|p| *p = number[*p as usize]);
+        let makers = if passing.is_empty() { [None, None] } else { makers };
 
         let turned = [0, 1].map(|kind| match layout.cells[kind] {
             0 => Vec::new(),
@@ -146,12 +164,20 @@ impl<T: Real> Patterns<T> {
         });
         let missing = |kind: usize| number.contains(&NONE) && layout.cells[kind] > 0;
         let all = [0, 1].map(|kind| missing(kind).then(|| GridSamples::new(layout.cells[kind], is_triangle, ALL)));
-        Self { patterns, of_patch, corners, all, turned }
+        Self { patterns, of_patch, passing, makers, is_triangle, corners, all, turned }
     }
 
     /// The pattern of a patch; none where it would be too large.
     pub fn of_patch(&self, patch: usize) -> Option<&Pattern<T>> {
         self.patterns.get(self.of_patch[patch] as usize)
+    }
+
+    /// Makes the pattern of a whole face that has it in passing, in memory of another.
+    pub fn pass(&self, patch: usize, memory: SurfaceMatrix<T>, scratch: &mut GridScratch) -> Option<Pattern<T>> {
+        let number = self.of_patch[patch].checked_sub(PASSING)?;
+        let wanted = self.passing.get(number as usize)?;
+        let maker = self.makers[0].as_ref()?;
+        Some(maker.with_weights(wanted.plan, scratch, |weights| wanted.pattern(self.is_triangle, weights, memory)))
     }
 
     /// All samples of a patch without a pattern.
@@ -161,7 +187,7 @@ impl<T: Real> Patterns<T> {
 
     /// The weights at a corner of a plan that a further normal is evaluated at.
     pub fn corner(&self, plan: usize, corner: usize) -> &CornerRow<T> {
-        &self.corners.rows[self.corners.of_corner[plan][corner] as usize]
+        self.corners.row(plan, corner)
     }
 
     /// Where the samples inside a face lie in its plan's pattern.
@@ -173,6 +199,18 @@ impl<T: Real> Patterns<T> {
     #[cfg(test)]
     pub fn len(&self) -> usize {
         self.patterns.len()
+    }
+}
+
+impl Wanted {
+    /// The pattern, in memory of another.
+    fn pattern<T: Real>(&self, is_triangle: bool, weights: &GridWeights, mut matrix: SurfaceMatrix<T>) -> Pattern<T> {
+        let Self { cells, parts, own, .. } = *self;
+        let samples = GridSamples::new(cells, is_triangle, parts);
+        let turn = own.unwrap_or(0);
+        let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
+        weights.fill(samples.points().iter().map(in_plan), &mut matrix);
+        Pattern { samples, is_own: own.is_some(), matrix }
     }
 }
 
@@ -216,6 +254,12 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, frames: Frames) -> (Vec<Wa
         let cells = layout.cells[usize::from(subfaces > 1)];
         for patch in table.patch(face, 0)..table.patch(face, 0) + subfaces as usize {
             let Some(plan) = table.patch_plan(patch) else { continue };
+            if frames == Frames::One && users[plan] == 1 && subfaces == 1 && !seen_again.contains(&face.0) {
+                of_patch[patch] = list.len() as u32;
+                let (parts, own) = (layout.owned(patch), Some(table.turn(patch)));
+                list.push(Wanted { plan, cells, parts, own, is_passing: true });
+                continue;
+            }
             let own = way(face, patch).filter(|&way| known[way] != NONE - 1);
             let known = own.map_or(&mut shared[plan], |way| &mut known[way]);
             if *known == NONE {
@@ -224,7 +268,7 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, frames: Frames) -> (Vec<Wa
                     Some(_) => (layout.owned(patch), Some(table.turn(patch))),
                     None => (ALL, None),
                 };
-                list.push(Wanted { plan, cells, parts, own });
+                list.push(Wanted { plan, cells, parts, own, is_passing: false });
             }
             of_patch[patch] = *known;
         }
@@ -232,102 +276,10 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, frames: Frames) -> (Vec<Wa
     (list, of_patch)
 }
 
-/// The corner that a vertex is evaluated at: its patch, and which corner of that patch's plan it is.
-pub(super) fn corner_of(table: &PatchTable, is_triangle: bool, h: HalfEdge) -> (usize, usize) {
-    let t = table.topology();
-    let face = t.face(h);
-    let corner = h.0 - t.first(face);
-    if table.subfaces(face) > 1 {
-        return (table.patch(face, corner), 0);
-    }
-    let (patch, sides) = (table.patch(face, 0), if is_triangle { 3 } else { 4 });
-    (patch, (corner as usize + sides - usize::from(table.turn(patch))) % sides)
-}
-
-/// Weights at the corners that further normals are evaluated at, and which row is whose.
-struct CornerRows<T> {
-    is_triangle: bool,
-    rows: Vec<CornerRow<T>>,
-    /// Plan and corner of every row.
-    list: Vec<(usize, usize)>,
-    /// Row of every corner of every plan.
-    of_corner: Vec<[u32; 4]>,
-}
-
-impl<T: Real> CornerRows<T> {
-    /// Rows without weights.
-    fn new(layout: &Layout<'_>, sides: Option<&Sides>) -> Self {
-        let (table, is_triangle) = (layout.table, layout.is_triangle());
-        let mut of_corner = vec![[NONE; 4]; table.plan_count()];
-        let mut list = Vec::new();
-        for h in sides.iter().flat_map(|sides| sides.corners()) {
-            let (patch, corner) = corner_of(table, is_triangle, h);
-            let plan = table.patch_plan(patch).expect("owners are no holes");
-            if of_corner[plan][corner] == NONE {
-                of_corner[plan][corner] = list.len() as u32;
-                list.push((plan, corner));
-            }
-        }
-        Self { is_triangle, rows: list.iter().map(|_| Vec::new()).collect(), list, of_corner }
-    }
-
-    /// The rows of a plan from its weights on a grid.
-    fn of_grid(&self, plan: usize, cells: u32, weights: &GridWeights) -> Vec<(usize, CornerRow<T>)> {
-        let own = (0..4).filter(|&corner| self.of_corner[plan][corner] != NONE);
-        own.map(|corner| {
-            let point = corner_place(self.is_triangle, corner).map(|x| x as u32 * cells);
-            (self.of_corner[plan][corner] as usize, sparse(weights.rows(point)))
-        })
-        .collect()
-    }
-
-    /// The rows that are still missing.
-    fn fill(&mut self, table: &PatchTable, count: usize) {
-        let is_triangle = self.is_triangle;
-        let missing = self.rows.par_iter_mut().zip(&self.list).filter(|(row, _)| row.is_empty());
-        missing.for_each(|(row, &(plan, corner))| {
-            let [u, v] = corner_place(is_triangle, corner);
-            let plan = table.plan(plan);
-            let rows = rows_at(plan, u, v, count);
-            *row = sparse((0..plan.ring()).map(|p| std::array::from_fn(|k| rows.get(k).map_or(0.0, |row| row[p]))));
-        });
-    }
-}
-
-/// Where a corner lies in its patch.
-fn corner_place(is_triangle: bool, corner: usize) -> [f64; 2] {
-    match (is_triangle, corner) {
-        (_, 0) => [0.0, 0.0],
-        (_, 1) => [1.0, 0.0],
-        (false, 2) => [1.0, 1.0],
-        _ => [0.0, 1.0],
-    }
-}
-
-fn sparse<T: Real>(weights: impl Iterator<Item = [f64; 3]>) -> CornerRow<T> {
-    let used = weights.enumerate().filter(|(_, [_, u, v])| *u != 0.0 || *v != 0.0);
-    used.map(|(p, [_, u, v])| (p as u32, [u, v].map(T::from_f64))).collect()
-}
-
-/// Weights of position and of two vectors that span the tangent plane.
-fn rows_at(plan: Plan<'_>, u: f64, v: f64, count: usize) -> Vec<Vec<f64>> {
-    let weights = plan.weights(u, v, 0, count);
-    let [position, du, dv, ..] = weights.rows;
-    if count == 1 {
-        return vec![position];
-    }
-    match weights.at_vertex {
-        None => vec![position, du, dv],
-        Some(at) => {
-            let [a, b] = at.plane.unwrap_or_else(|| [0, 1].map(|_| vec![0.0; plan.ring()]));
-            vec![position, a, b]
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::PatchTable;
     use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tessellate::grid::EVERY_SIDE;

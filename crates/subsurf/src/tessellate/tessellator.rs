@@ -1,11 +1,12 @@
 //! A tessellation of which everything but positions is at hand: made once per connectivity and options, evaluated once per
 //! animation frame.
 
-use super::evaluate::{Evaluator, Output, Vertices};
+use super::evaluate::Evaluator;
 use super::faceted::PatchNormals;
 use super::facets::{self, FacetArrays};
 use super::layout::Layout;
 use super::normals::Sides;
+use super::output::{Output, Vertices};
 use super::pattern::{Frames, Patterns};
 use super::sample::{NormalOf, Sampler};
 use super::{Places, TessellateError, TessellateOptions, Tessellation, rates, shade};
@@ -40,7 +41,7 @@ pub struct Tessellator<'a, T> {
     layout: Layout<'a>,
     sides: Sides,
     /// None where rates differ from face to face.
-    patterns: Option<Patterns<T>>,
+    patterns: Option<Patterns<'a, T>>,
     facets: FacetArrays,
     /// Where normals are evaluated under bilinear subdivision.
     faceted: Option<PatchNormals>,
@@ -246,7 +247,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
 /// Evaluates all points of a layout, and their normals.
 pub(super) fn fill<T: Real, const N: usize>(
     layout: &Layout<'_>,
-    patterns: Option<&Patterns<T>>,
+    patterns: Option<&Patterns<'_, T>>,
     surface: LimitSurface<'_, T, N>,
     normals: Option<NormalOf<N>>,
     out: Output<'_, T, N>,
