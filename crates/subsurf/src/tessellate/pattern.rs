@@ -18,6 +18,10 @@ use std::collections::BTreeSet;
 const PATTERN_BYTES: usize = 32 << 20;
 const ALL_PATTERN_BYTES: usize = 512 << 20;
 
+/// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to make,
+/// and to read, than the face takes sub-patch by sub-patch; smaller: more faces that are evaluated that way.
+const MOST_BYTES_PER_FACE: usize = 256 << 10;
+
 /// How often patterns are used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Frames {
@@ -94,14 +98,17 @@ impl<'a, T: Real> Patterns<'a, T> {
         let table = layout.table;
         let is_triangle = layout.is_triangle();
         let count = if sides.is_some() { 3 } else { 1 };
-        let (list, mut of_patch) = wanted(layout, sides, frames);
+        let mut users = vec![0u32; table.plan_count()];
+        (0..table.patch_count()).filter_map(|p| table.patch_plan(p)).for_each(|plan| users[plan] += 1);
+        let (list, mut of_patch) = wanted(layout, sides, &users, frames);
         let mut total = 0;
         let fits: Vec<bool> = list
             .iter()
             .map(|wanted| {
                 let samples = (wanted.cells as usize + 1).pow(2).next_multiple_of(LANES);
                 let bytes = samples * table.plan(wanted.plan).ring() * count * size_of::<T>();
-                let fits = bytes <= most_each && total + bytes <= most_in_all;
+                let most = most_each.min(MOST_BYTES_PER_FACE.saturating_mul(users[wanted.plan] as usize));
+                let fits = bytes <= most && total + bytes <= most_in_all;
                 total += if fits && !wanted.is_passing { bytes } else { 0 };
                 fits
             })
@@ -218,14 +225,12 @@ impl Wanted {
 const WAYS: usize = 4 * 256;
 
 /// The patterns that a layout calls for, and which of them every patch has.
-fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, frames: Frames) -> (Vec<Wanted>, Vec<u32>) {
+fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Frames) -> (Vec<Wanted>, Vec<u32>) {
     let (table, t) = (layout.table, layout.table.topology());
-    let mut users = vec![0u32; table.plan_count()];
-    (0..table.patch_count()).filter_map(|p| table.patch_plan(p)).for_each(|plan| users[plan] += 1);
     // Plans with many faces count them by the way they lie.
     let mut start = vec![NONE; users.len()];
     let mut ways: Vec<u32> = Vec::new();
-    for (start, _) in start.iter_mut().zip(&users).filter(|(_, users)| **users >= frames.many_faces()) {
+    for (start, _) in start.iter_mut().zip(users).filter(|(_, users)| **users >= frames.many_faces()) {
         *start = ways.len() as u32;
         ways.resize(ways.len() + WAYS, 0);
     }
