@@ -6,7 +6,7 @@
 //! the walk comes back to vertices that it met: then rings name a vertex twice, which is looked for (see
 //! [`read`]).
 
-use super::gather::Fans;
+use super::fans::Fans;
 use super::plan_key::KeyHasher;
 use crate::index::{Face, HalfEdge, Vertex};
 use crate::tags::Creasing;
@@ -99,7 +99,7 @@ impl<'a> FanClasses<'a> {
             at = t.turn_left(at)?;
             place += 1;
         }
-        Some(class.number << 4 | place % class.period)
+        Some((class.number << 4) | (place % class.period))
     }
 }
 

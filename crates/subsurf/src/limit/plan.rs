@@ -15,6 +15,7 @@
 mod compile;
 mod fan;
 mod fan_mesh;
+mod leaf;
 mod patterns;
 mod refined_points;
 mod sub_patches;
