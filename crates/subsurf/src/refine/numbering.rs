@@ -111,7 +111,7 @@ pub(crate) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Regi
 }
 
 /// For every region of edges, the places `i / 2^depth` along an edge, from its first end, that its vertices have, in order.
-fn along_edge(depth: u32) -> Vec<Vec<u32>> {
+pub(super) fn along_edge(depth: u32) -> Vec<Vec<u32>> {
     let mut pieces: Vec<[Cell; 2]> = vec![[[0, 0], [1 << depth, 0]]];
     (0..depth)
         .map(|_| {
