@@ -43,56 +43,72 @@ fn refine<T: Real, S: Simd>(
     rule: &RowRule<T>,
     out: FineGrid<'_, T>,
 ) {
-    let FineGrid { old, along_rows, across_rows, faces } = out;
+    let FineGrid { old, along_rows, mut across_rows, faces } = out;
+    let count = end.div_ceil(LANES);
+    let (a, b, c, d) = (blocks(p, 0, count), blocks(p, n, count), blocks(p, row, count), blocks(p, row + n, count));
+    let to = &mut faces.as_chunks_mut::<LANES>().0[..count];
     let quarter = T::splat(simd, T::from_f64(0.25));
-    for at in (0..end).step_by(LANES) {
-        let near = T::plus(simd, load(simd, p, at), load(simd, p, at + n));
-        let far = T::plus(simd, load(simd, p, at + row), load(simd, p, at + row + n));
-        store::<T, S>(simd, T::times(simd, quarter, T::plus(simd, near, far)), faces, at);
+    for i in 0..count {
+        let near = T::plus(simd, T::load(simd, &a[i]), T::load(simd, &b[i]));
+        let far = T::plus(simd, T::load(simd, &c[i]), T::load(simd, &d[i]));
+        T::store(simd, T::times(simd, quarter, T::plus(simd, near, far)), &mut to[i]);
     }
-    edge_points(simd, p, faces, [row, end, n, row], rule, along_rows);
-    if let Some(across) = across_rows {
-        edge_points(simd, p, faces, [n, end, row, n], rule, across);
+    // On the first row there are edges across it alone.
+    let [end_weight, side_weight] = [T::splat(simd, rule.edge[0]), T::splat(simd, rule.edge[1])];
+    if let Some(across) = &mut across_rows {
+        let count = row.div_ceil(LANES);
+        let (a, b, f, g) =
+            (blocks(p, n, count), blocks(p, row + n, count), blocks(faces, n, count), blocks(faces, 0, count));
+        let to = &mut across[n..].as_chunks_mut::<LANES>().0[..count];
+        for i in 0..count {
+            let ends = T::times(simd, end_weight, T::plus(simd, T::load(simd, &a[i]), T::load(simd, &b[i])));
+            let sides = T::times(simd, side_weight, T::plus(simd, T::load(simd, &f[i]), T::load(simd, &g[i])));
+            T::store(simd, T::plus(simd, ends, sides), &mut to[i]);
+        }
     }
+    // From the second row's second point on; its first edge along the row comes by itself.
+    let first = row + n;
+    let count = end.saturating_sub(row).div_ceil(LANES);
+    let (v, left, right) = (blocks(p, first, count), blocks(p, first - n, count), blocks(p, first + n, count));
+    let (below, above) = (blocks(p, first - row, count), blocks(p, first + row, count));
+    let (f, g) = (blocks(faces, first - row - n, count), blocks(faces, first - row, count));
+    let (h, k) = (blocks(faces, first - n, count), blocks(faces, first, count));
+    let old = &mut old[first..].as_chunks_mut::<LANES>().0[..count];
     let [own, beside, beyond, centroid] = rule.vertex;
     let [own, beside, beyond, centroid] =
         [T::splat(simd, own), T::splat(simd, beside), T::splat(simd, beyond), T::splat(simd, centroid)];
-    for at in (row + n..end).step_by(LANES) {
-        let ends = T::plus(simd, load(simd, p, at - n), load(simd, p, at + n));
-        let sides = T::plus(simd, load(simd, p, at - row), load(simd, p, at + row));
-        let below = T::plus(simd, load(simd, faces, at - row - n), load(simd, faces, at - row));
-        let above = T::plus(simd, load(simd, faces, at - n), load(simd, faces, at));
-        let around = T::times(simd, centroid, T::plus(simd, below, above));
-        let ends = T::plus(simd, T::times(simd, beside, ends), T::times(simd, beyond, sides));
-        let own = T::times(simd, own, load(simd, p, at));
-        store::<T, S>(simd, T::plus(simd, own, T::plus(simd, ends, around)), old, at);
+    for c in 0..n {
+        let at = row + c;
+        let ends = rule.edge[0] * (p[at] + p[at + n]);
+        along_rows[at] = ends + rule.edge[1] * (faces[at] + faces[at - row]);
+    }
+    let along = &mut along_rows[first..].as_chunks_mut::<LANES>().0[..count];
+    let across = match &mut across_rows {
+        Some(across) => &mut across[first..].as_chunks_mut::<LANES>().0[..count],
+        None => Default::default(),
+    };
+    for i in 0..count {
+        let (point, right, above) = (T::load(simd, &v[i]), T::load(simd, &right[i]), T::load(simd, &above[i]));
+        let (f, g) = (T::load(simd, &f[i]), T::load(simd, &g[i]));
+        let (h, k) = (T::load(simd, &h[i]), T::load(simd, &k[i]));
+        let ends = T::times(simd, end_weight, T::plus(simd, point, right));
+        let sides = T::times(simd, side_weight, T::plus(simd, k, g));
+        T::store(simd, T::plus(simd, ends, sides), &mut along[i]);
+        if let Some(across) = across.get_mut(i) {
+            let ends = T::times(simd, end_weight, T::plus(simd, point, above));
+            let sides = T::times(simd, side_weight, T::plus(simd, k, h));
+            T::store(simd, T::plus(simd, ends, sides), across);
+        }
+        let ends = T::times(simd, beside, T::plus(simd, T::load(simd, &left[i]), right));
+        let sides = T::times(simd, beyond, T::plus(simd, T::load(simd, &below[i]), above));
+        let around = T::times(simd, centroid, T::plus(simd, T::plus(simd, f, g), T::plus(simd, h, k)));
+        let own = T::times(simd, own, point);
+        T::store(simd, T::plus(simd, own, T::plus(simd, T::plus(simd, ends, sides), around)), &mut old[i]);
     }
 }
 
-/// From `start` to `end`, edge points between a point and the one `step` further, with a face there and one `back` before.
+/// So many blocks from a place on.
 #[inline(always)]
-fn edge_points<T: Real, S: Simd>(
-    simd: S,
-    p: &[T],
-    faces: &[T],
-    [start, end, step, back]: [usize; 4],
-    rule: &RowRule<T>,
-    out: &mut [T],
-) {
-    let [own, centroid] = [T::splat(simd, rule.edge[0]), T::splat(simd, rule.edge[1])];
-    for at in (start..end).step_by(LANES) {
-        let ends = T::times(simd, own, T::plus(simd, load(simd, p, at), load(simd, p, at + step)));
-        let sides = T::plus(simd, load(simd, faces, at), load(simd, faces, at - back));
-        store::<T, S>(simd, T::plus(simd, ends, T::times(simd, centroid, sides)), out, at);
-    }
-}
-
-#[inline(always)]
-fn load<T: Real, S: Simd>(simd: S, from: &[T], at: usize) -> T::Block<S> {
-    T::load(simd, from[at..].first_chunk().expect("there is room for whole blocks"))
-}
-
-#[inline(always)]
-fn store<T: Real, S: Simd>(simd: S, x: T::Block<S>, to: &mut [T], at: usize) {
-    T::store(simd, x, to[at..].first_chunk_mut().expect("there is room for whole blocks"));
+fn blocks<T>(from: &[T], start: usize, count: usize) -> &[[T; LANES]] {
+    &from[start..].as_chunks().0[..count]
 }

@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::scheme::Scheme;
 use crate::scheme::catmull_clark::smooth_neighbour;
 use crate::tags::Triangles;
-use crate::topology::{NONE, Topology};
+use crate::topology::{FaceOf, NONE, Topology};
 use rayon::prelude::*;
 
 /// Vertices of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
@@ -67,6 +67,7 @@ impl FirstStep {
             );
         });
         let faces = &*faces;
+        let is_quads = matches!(t.face, FaceOf::Quads);
         let edges = edges.par_chunks_mut(CHUNK).enumerate().map(|(chunk, out)| (chunk, false, out));
         let vertices = vertices.par_chunks_mut(CHUNK / 2).enumerate().map(|(chunk, out)| (chunk, true, out));
         edges.chain(vertices).for_each(|(chunk, is_vertices, out)| {
@@ -74,7 +75,8 @@ impl FirstStep {
                 #[inline(always)]
                 || match is_vertices {
                     false => self.edges(t, values, faces, chunk * CHUNK, out),
-                    true => self.vertices(t, values, faces, chunk * (CHUNK / 2), out),
+                    true if is_quads => self.vertices::<T, N, true>(t, values, faces, chunk * (CHUNK / 2), out),
+                    true => self.vertices::<T, N, false>(t, values, faces, chunk * (CHUNK / 2), out),
                 },
             );
         });
@@ -105,7 +107,7 @@ impl FirstStep {
     }
 
     #[inline(always)]
-    fn vertices<T: Real, const N: usize>(
+    fn vertices<T: Real, const N: usize, const QUADS: bool>(
         &self,
         t: &Topology,
         values: &[[T; N]],
@@ -119,17 +121,20 @@ impl FirstStep {
         }
         for ((out, v), own) in out.iter_mut().zip(first as u32..).zip(own) {
             let (mut sum, mut valence) = ([T::default(); N], 0);
-            t.walk_fan(
-                Vertex(v),
-                #[inline(always)]
-                |h| {
-                    let (p, f) = (&values[t.origin(t.next(h)).index()], &faces[t.face(h).index()]);
-                    for c in 0..N {
-                        sum[c] = sum[c] + ((p[c] - own[c]) + (f[c] - own[c]));
-                    }
-                    valence += 1;
-                },
-            );
+            let first = t.vertex_half_edge[v as usize];
+            let mut h = first;
+            while h != NONE {
+                let (next, prev, face) = neighbours::<QUADS>(t, h);
+                let (p, f) = (&values[t.origin[next as usize] as usize], &faces[face as usize]);
+                for c in 0..N {
+                    sum[c] = sum[c] + ((p[c] - own[c]) + (f[c] - own[c]));
+                }
+                valence += 1;
+                h = t.twin[prev as usize];
+                if h == first {
+                    break;
+                }
+            }
             let each = T::from_f64(smooth_neighbour(valence.max(1), 1.0));
             for c in 0..N {
                 out[c] = own[c] + each * sum[c];
@@ -145,6 +150,15 @@ impl FirstStep {
     pub fn bytes(&self) -> usize {
         self.edges.bytes() + self.vertices.bytes()
     }
+}
+
+/// The half-edge after another one, the one before it, and their face; `QUADS` where all faces are quads.
+#[inline(always)]
+fn neighbours<const QUADS: bool>(t: &Topology, h: u32) -> (u32, u32, u32) {
+    if QUADS {
+        return (h & !3 | (h + 1) & 3, h & !3 | h.wrapping_sub(1) & 3, h / 4);
+    }
+    (t.next(HalfEdge(h)).0, t.prev(HalfEdge(h)).0, t.face.get(h))
 }
 
 /// Those of a task that have rules of their own.

@@ -6,10 +6,11 @@ use crate::real::Real;
 /// A grid of values, row by row, and what one step makes of it.
 pub(super) struct Grid<T, const N: usize> {
     pub width: usize,
-    pub rows: usize,
     /// Values from one kind of new vertices to the next.
     area: usize,
     pub points: Vec<[T; N]>,
+    /// Which values the points are.
+    pub ids: Vec<u32>,
     /// Old vertices, those on edges along rows, on edges across rows, face points; each where its old vertex, or the lower left
     /// one round it, is.
     pub fine: Vec<[T; N]>,
@@ -28,14 +29,21 @@ pub(super) fn fine_slot(width: usize, rows: usize, [i, j]: [usize; 2]) -> usize 
 impl<T: Real, const N: usize> Grid<T, N> {
     pub fn new(width: usize, rows: usize) -> Self {
         let (area, zero) = (area(width, rows), [T::default(); N]);
-        Self { width, rows, area, points: vec![zero; area], fine: vec![zero; 4 * area] }
+        Self { width, area, points: vec![zero; area], ids: vec![0; area], fine: vec![zero; 4 * area] }
     }
 
-    /// All face points; edge points on rows but the first and the last; vertex points on these rows but at their ends; and
+    /// Reads the points of some rows.
+    #[inline(always)]
+    pub fn read(&mut self, rows: usize, values: &[[T; N]]) {
+        let ids = &self.ids[..rows * self.width];
+        self.points.iter_mut().zip(ids).for_each(|(point, &id)| *point = values[id as usize]);
+    }
+
+    /// Of some rows: all face points; edge points on rows but the first and the last; vertex points on these rows but at their ends; and
     /// edge points across rows, but along both sides, where they are asked for.
     #[inline(always)]
-    pub fn refine(&mut self, rule: &RowRule<T>, across: bool) {
-        let size = [self.width * N, self.rows, N];
+    pub fn refine(&mut self, rows: usize, rule: &RowRule<T>, across: bool) {
+        let size = [self.width * N, rows, N];
         let (old, rest) = self.fine.as_flattened_mut().split_at_mut(self.area * N);
         let (along_rows, rest) = rest.split_at_mut(self.area * N);
         let (upward, faces) = rest.split_at_mut(self.area * N);

@@ -11,21 +11,15 @@
 //!       V = (0, 0) ─────────── E(h) = (half, 0)
 //! ```
 
-use super::super::numbering::{Counts, Owner, Region, along_edge, regions};
+use super::super::numbering::{Counts, Owner, along_edge, regions};
 use super::super::tile::Tile;
-use super::sides::Walk;
-use crate::index::{Edge, HalfEdge, Vertex};
+use super::sides::{Sides, Walk};
+use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::scheme::SplitKind;
 use crate::topology::Topology;
 
 /// A vertex `start + each · i` that belongs to element i.
 pub(super) type Affine = (u32, u32);
-
-/// Cells of a quad that lie one after another in a region.
-pub(super) struct Run {
-    pub region: Region,
-    pub cells: Vec<u32>,
-}
 
 /// The vertices of one level.
 pub(super) struct Places {
@@ -40,8 +34,8 @@ pub(super) struct Places {
     /// By corner of a quad, at last for any other face: the row of vertices next to the side, from place 1 to the middle by
     /// the half-edge, and beyond by the next one. Nothing at level 1, where the face's centre is the only one.
     beside: [[Vec<Affine>; 2]; 5],
-    /// The cells inside a quad.
-    pub inside: Vec<Run>,
+    /// By cell of a quad: the vertex there by the first half-edge. On the sides and in the centre it means nothing.
+    pub inside: Vec<Affine>,
     /// The cells along the sides of a quad, corner 0 first.
     pub rim: Vec<u32>,
     centres: u32,
@@ -52,15 +46,15 @@ impl Places {
         let regions = regions(control, SplitKind::Quads, level);
         let tile = Tile::whole(SplitKind::Quads, level);
         let (size, half) = (tile.size, tile.size / 2);
-        let mut inside: Vec<Run> = Vec::new();
+        let mut inside = vec![(0, 0); tile.cells()];
         // By cell: its vertex by half-edge, that of the corner in whose quadrant it lies.
         let mut affine = vec![(0, 0); tile.cells()];
         for (region, range) in regions.iter().zip(&tile.ranges).filter(|(_, range)| !range.is_empty()) {
             let cells = &tile.order[range.clone()];
             for (i, &cell) in cells.iter().enumerate() {
                 affine[cell as usize] = ((region.start + i % region.each) as u32, region.each as u32);
+                inside[cell as usize] = ((region.start + i) as u32, region.each as u32);
             }
-            inside.push(Run { region: *region, cells: cells.to_vec() });
         }
         let edge_regions = regions.iter().filter(|region| region.owner == Owner::Edges);
         let mut forward = vec![(0, 0); size + 1];
@@ -99,6 +93,23 @@ impl Places {
         }
     }
 
+    /// The vertices of a quad, cell by cell.
+    #[inline(always)]
+    pub fn of_quad(&self, t: &Topology, sides: &Sides, f: Face, out: &mut [u32]) {
+        let first = t.first(f);
+        for (v, &(start, each)) in out.iter_mut().zip(&self.inside) {
+            *v = start.wrapping_add(each.wrapping_mul(first));
+        }
+        out[self.inside.len() / 2] = self.centres + f.0;
+        for (rim, h) in self.rim.chunks_exact(self.size).zip((first..).map(HalfEdge)) {
+            out[rim[0] as usize] = t.origin(h).0;
+            let (e, backward) = sides.get(h);
+            for (&cell, &(start, each)) in rim[1..].iter().zip(self.along(backward)) {
+                out[cell as usize] = start + each * e.0;
+            }
+        }
+    }
+
     /// The vertices along an edge but its ends, from its first end or from its second.
     #[inline(always)]
     pub fn along(&self, backward: bool) -> &[Affine] {
@@ -130,19 +141,23 @@ impl Places {
         start + each * h.0
     }
 
-    /// The row of vertices next to a half-edge on its left, in its direction.
+    /// The row of vertices next to a half-edge on its left, in the direction of its edge.
     #[inline(always)]
-    pub fn beside<const QUADS: bool>(&self, walk: Walk<'_, QUADS>, h: HalfEdge, mut visit: impl FnMut(usize, u32)) {
+    pub fn beside<const QUADS: bool>(&self, walk: Walk<'_, QUADS>, h: HalfEdge, out: &mut [u32]) {
         let (next, (face, corner)) = (walk.next(h), walk.corner(h));
-        visit(0, self.on_half_edge(walk, walk.prev(h), self.size - 1));
+        out[0] = self.on_half_edge(walk, walk.prev(h), self.size - 1);
+        out[self.size] = self.on_half_edge(walk, next, 1);
         if self.size == 2 {
-            visit(1, self.centres + face);
+            out[1] = self.centres + face;
         } else {
             let [first, second] = &self.beside[corner.unwrap_or(4)];
-            first.iter().zip(1..).for_each(|(&(start, each), i)| visit(i, start + each * h.0));
-            second.iter().zip(first.len() + 1..).for_each(|(&(start, each), i)| visit(i, start + each * next.0));
+            let (to_first, to_second) = out[1..self.size].split_at_mut(first.len());
+            to_first.iter_mut().zip(first).for_each(|(v, &(start, each))| *v = start + each * h.0);
+            to_second.iter_mut().zip(second).for_each(|(v, &(start, each))| *v = start + each * next.0);
         }
-        visit(self.size, self.on_half_edge(walk, next, 1));
+        if walk.sides.get(h).1 {
+            out[..=self.size].reverse();
+        }
     }
 
     /// The vertex at cell (a, b) of the quadrant of `h`; its face is no quad.
@@ -165,8 +180,12 @@ impl Places {
     }
 
     pub fn bytes(&self) -> usize {
-        let lists = self.quadrant.iter().chain(&self.on_edge).chain([&self.spoke]).chain(self.beside.as_flattened());
-        let cells: usize = self.inside.iter().map(|run| run.cells.len()).sum();
-        size_of::<Affine>() * lists.map(Vec::len).sum::<usize>() + 4 * (cells + self.rim.len())
+        let lists = self
+            .quadrant
+            .iter()
+            .chain(&self.on_edge)
+            .chain([&self.spoke, &self.inside])
+            .chain(self.beside.as_flattened());
+        size_of::<Affine>() * lists.map(Vec::len).sum::<usize>() + 4 * self.rim.len()
     }
 }

@@ -25,6 +25,12 @@ const VERTICES: usize = 512;
 /// Edges whose rows are refined side by side. Larger: more than the nearest cache holds; smaller: vectors that are not full.
 const EDGES: usize = 16;
 
+/// Quads whose grids are refined one after the other at once, by the pieces of their edges: some 256 points. Larger: more than
+/// the nearest cache holds; smaller: vectors that are not full.
+fn quads_at_once(size: usize) -> usize {
+    (256 / ((size + 1) * (size + 1))).max(1)
+}
+
 /// Vertices of a region that belong to one face or corner, in order.
 struct Target {
     /// Among the parts of a task.
@@ -79,7 +85,7 @@ impl Step {
             };
             ranges.map(target).collect()
         };
-        let whole = targets(&Tile::whole(SplitKind::Quads, level + 1), n + 1, n + 1);
+        let whole = targets(&Tile::whole(SplitKind::Quads, level + 1), n + 1, (n + 1) * quads_at_once(n));
         let corner = targets(&Tile::corner(level + 1), half + 2, half + 1);
         let width = EDGES * (n + 1);
         let along = along_edge(level + 1).concat();
@@ -119,7 +125,8 @@ impl Step {
     ) {
         let n = self.from.size;
         let scratch = || Scratch {
-            face: Grid::new(n + 1, n + 1),
+            quads: Vec::new(),
+            face: Grid::new(n + 1, (n + 1) * quads_at_once(n)),
             corner: Grid::new(n / 2 + 2, n / 2 + 1),
             rows: Grid::new(EDGES * (n + 1), 3),
         };
@@ -171,8 +178,17 @@ impl Step {
                 task.parts.push(part);
             }
         }
+        // Side by side what lies near each other, as most meshes are numbered, so that it is read once.
         faces.append(&mut edges);
         faces.append(&mut vertices);
+        faces.sort_by_key(|task| {
+            let count = match task.owner {
+                Owner::Faces | Owner::HalfEdges => t.face_count(),
+                Owner::Edges => t.edge_count(),
+                Owner::Vertices => t.vertex_count(),
+            };
+            ((task.elements.start as u64) << 31) / count as u64
+        });
         faces
     }
 
@@ -186,34 +202,39 @@ impl Step {
     ) {
         let (rule, from, Walk { t, sides }) = (rounded(&self.smooth), &self.from, walk);
         let first_half_edge = t.face_offset[task.elements.start];
-        for f in task.elements.clone().map(Face::new) {
-            let h = if QUADS { 4 * f.0 } else { t.first(f) };
-            let at = (h - first_half_edge) as usize;
-            if !QUADS && t.sides(f) != 4 {
-                let walk = Walk { t, sides };
-                let centre = self.corners(walk, values, &mut scratch.corner, &rule, f, at, &mut task.parts);
-                task.parts[0][f.index() - task.elements.start] = centre;
-                continue;
-            }
-            let grid = &mut scratch.face;
-            for run in &from.inside {
-                let element = if run.region.owner == Owner::Faces { f.0 } else { h } as usize;
-                let run_values = &values[run.region.start + run.region.each * element..][..run.cells.len()];
-                run.cells.iter().zip(run_values).for_each(|(&cell, value)| grid.points[cell as usize] = *value);
-            }
-            for (side, rim) in from.rim.chunks_exact(from.size).enumerate() {
-                let h = HalfEdge(h + side as u32);
-                grid.points[rim[0] as usize] = values[t.origin(h).index()];
-                let (e, backward) = sides.get(h);
-                for (&cell, &(start, each)) in rim[1..].iter().zip(from.along(backward)) {
-                    grid.points[cell as usize] = values[(start + each * e.0) as usize];
+        let (grid, rows) = (&mut scratch.face, from.size + 1);
+        let (cells, most) = (rows * rows, quads_at_once(from.size));
+        let mut quads = task.elements.clone().map(Face::new);
+        loop {
+            let some = &mut scratch.quads;
+            some.clear();
+            while let Some(f) = if some.len() < most { quads.next() } else { None } {
+                if !QUADS && t.sides(f) != 4 {
+                    let at = (t.first(f) - first_half_edge) as usize;
+                    let walk = Walk { t, sides };
+                    let centre = self.corners(walk, values, &mut scratch.corner, &rule, f, at, &mut task.parts);
+                    task.parts[0][f.index() - task.elements.start] = centre;
+                    continue;
                 }
+                from.of_quad(t, sides, f, &mut grid.ids[some.len() * cells..][..cells]);
+                some.push(f);
             }
-            grid.refine(&rule, true);
+            if some.is_empty() {
+                return;
+            }
+            grid.read(some.len() * rows, values);
+            grid.refine(some.len() * rows, &rule, true);
             for target in &self.whole {
-                let at = if target.part == 0 { f.index() - task.elements.start } else { target.each * at };
-                let part = &mut task.parts[target.part][at..][..target.slots.len()];
-                part.iter_mut().zip(&target.slots).for_each(|(out, &slot)| *out = grid.fine[slot as usize]);
+                let part = &mut task.parts[target.part];
+                for (f, i) in some.iter().zip(0u32..) {
+                    let at = match target.part {
+                        0 => f.index() - task.elements.start,
+                        _ => target.each * (t.first(*f) - first_half_edge) as usize,
+                    };
+                    let first = i * cells as u32;
+                    let out = part[at..][..target.slots.len()].iter_mut();
+                    out.zip(&target.slots).for_each(|(out, &slot)| *out = grid.fine[(first + slot) as usize]);
+                }
             }
         }
     }
@@ -241,7 +262,7 @@ impl Step {
                 }
                 grid.points[b * grid.width + half + 1] = values[from.cell(walk, t.next(h), b, half - 1) as usize];
             }
-            grid.refine(rule, true);
+            grid.refine(half + 1, rule, true);
             for target in &self.corner {
                 let part = &mut parts[target.part][target.each * (at + k)..][..target.slots.len()];
                 part.iter_mut().zip(&target.slots).for_each(|(out, &slot)| *out = grid.fine[slot as usize]);
@@ -271,28 +292,18 @@ impl Step {
             let some = start..(start + EDGES).min(task.elements.end);
             for (i, e) in some.clone().map(Edge::new).enumerate() {
                 let column = i * (n + 1);
-                let row = &mut grid.points[width + column..][..n + 1];
-                let ends = t.edge_vertices[e.index()];
-                (row[0], row[n]) = (values[ends[0] as usize], values[ends[1] as usize]);
-                for (value, &(start, each)) in row[1..n].iter_mut().zip(from.along(false)) {
-                    *value = values[(start + each * e.0) as usize];
+                let row = &mut grid.ids[width + column..][..n + 1];
+                [row[0], row[n]] = t.edge_vertices[e.index()];
+                for (v, &(start, each)) in row[1..n].iter_mut().zip(from.along(false)) {
+                    *v = start + each * e.0;
                 }
                 let h = HalfEdge(t.edge_half_edge[e.index()]);
+                from.beside(walk, h, &mut grid.ids[column..][..n + 1]);
                 // Where there is one face only, what is taken to lie beyond does not matter.
-                for (row, h) in [(0, h), (2, walk.across(h))] {
-                    let row = &mut grid.points[row * width + column..][..n + 1];
-                    from.beside(
-                        walk,
-                        h,
-                        #[inline(always)]
-                        |i, v| row[i] = values[v as usize],
-                    );
-                    if walk.sides.get(h).1 {
-                        row.reverse();
-                    }
-                }
+                from.beside(walk, walk.across(h), &mut grid.ids[2 * width + column..][..n + 1]);
             }
-            grid.refine(&rule, false);
+            grid.read(3, values);
+            grid.refine(3, &rule, false);
             for &(e, rule) in self.sharp.among(some.start as u32..some.end as u32) {
                 grid.refine_row(&self.sharp.rule(rule), (e as usize - start) * (n + 1), n);
             }
@@ -363,6 +374,8 @@ impl Step {
 
 /// Memory that is used again and again.
 struct Scratch<T, const N: usize> {
+    /// The quads whose grids follow each other.
+    quads: Vec<Face>,
     face: Grid<T, N>,
     corner: Grid<T, N>,
     rows: Grid<T, N>,
