@@ -22,6 +22,7 @@ use crate::sharpness::decay;
 use crate::tags::Creasing;
 use crate::topology::{SharpnessColumn, Topology};
 use first_step::FirstStep;
+use rules::RowGrid;
 use sides::Sides;
 use step::Step;
 
@@ -52,18 +53,19 @@ impl Direct {
             vertices.push(counts.vertices);
         }
         let special = special_vertices(t);
-        let first = FirstStep::new(t, scheme, &special);
+        let mut grids = [false, true].map(|is_boundary| RowGrid::new(t, scheme, is_boundary));
+        let first = FirstStep::new(t, scheme, &special, &mut grids[0]);
         let sides = (depth > 1).then(|| Sides::new(t));
         let mut deeper = Vec::with_capacity(depth as usize - 1);
         let fades = [&t.edge_sharpness, &t.vertex_sharpness].iter().any(|column| column.distinct().next().is_some());
         if let Some(sides) = sides.as_ref().filter(|_| !fades) {
-            deeper.extend((1..depth).map(|level| Step::new(t, sides, scheme, level, &special)));
+            deeper.extend((1..depth).map(|level| Step::new(t, sides, scheme, level, &special, &mut grids)));
         } else if let Some(sides) = &sides {
             let columns = [t.edge_sharpness.clone(), t.vertex_sharpness.clone()];
             for level in 1..depth {
                 [t.edge_sharpness, t.vertex_sharpness] = [&t.edge_sharpness, &t.vertex_sharpness].map(decayed);
                 t.index_sharp_edges();
-                deeper.push(Step::new(t, sides, scheme, level, &special));
+                deeper.push(Step::new(t, sides, scheme, level, &special, &mut grids));
             }
             [t.edge_sharpness, t.vertex_sharpness] = columns;
             t.index_sharp_edges();
@@ -73,6 +75,11 @@ impl Direct {
 
     /// The level's values from those of the control mesh.
     pub fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
+        // One entry into the thread pool for all steps.
+        rayon::scope(|_| self.run(t, values, out));
+    }
+
+    fn run<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
         let steps = self.deeper.len();
         let between = if steps == 0 { 0 } else { self.counts[steps - 1] };
         // Every other level before the last lies in the output meanwhile.

@@ -108,7 +108,8 @@ impl UniformRefinement {
             counts = counts.refined(split)?;
         }
         let numbering = Numbering::new(&control, split, depth);
-        if let Some(direct) = Direct::new(&mut control, scheme, depth)? {
+        // One entry into the thread pool for all that follows.
+        if let Some(direct) = rayon::scope(|_| Direct::new(&mut control, scheme, depth))? {
             let method = Method::Direct(Box::new(direct));
             return Ok(Self { control, scheme, depth, counts, numbering, method });
         }

@@ -1,7 +1,7 @@
 //! Level 1 from the control mesh: the only step that meets faces of any number of corners and triangles that are smoothed.
 //! Centroids first; edges and vertices take them from there.
 
-use super::rules::{Special, row_rule};
+use super::rules::{RowGrid, Special};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::kernel::{RowRule, vectorized};
 use crate::mask::{Mask, edge_mask, is_linear, vertex_mask};
@@ -25,7 +25,7 @@ pub(super) struct FirstStep {
 
 impl FirstStep {
     /// `special` are the vertices that do not follow the smooth rule.
-    pub fn new(t: &Topology, scheme: Scheme, special: &[u32]) -> Self {
+    pub fn new(t: &Topology, scheme: Scheme, special: &[u32], grid: &mut RowGrid) -> Self {
         let is_linear = is_linear(t, scheme);
         let (mut edges, mut vertices, mut mask) = (Special::default(), Special::default(), Mask::default());
         let first_centroid = t.vertex_count() as u32;
@@ -53,7 +53,7 @@ impl FirstStep {
                 vertices.push(v, terms(&mask).into_iter());
             }
         }
-        Self { smooth: row_rule(t, scheme, 0.0, false), is_linear, edges, vertices }
+        Self { smooth: grid.rule(0.0), is_linear, edges, vertices }
     }
 
     /// Level 1 in `out`.

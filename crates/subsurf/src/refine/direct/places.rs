@@ -13,7 +13,7 @@
 
 use super::super::numbering::{Counts, Owner, along_edge, regions};
 use super::super::tile::Tile;
-use super::sides::{Sides, Walk};
+use super::sides::{Beside, Sides, Walk};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::scheme::SplitKind;
 use crate::topology::Topology;
@@ -132,20 +132,19 @@ impl Places {
 
     /// The vertex of the quadrant of `h` across the diagonal from where it starts.
     #[inline(always)]
-    pub fn diagonal<const QUADS: bool>(&self, walk: Walk<'_, QUADS>, h: HalfEdge) -> u32 {
-        let (face, corner) = walk.corner(h);
+    pub fn diagonal(&self, h: HalfEdge, beside: &Beside) -> u32 {
         if self.size == 2 {
-            return self.centres + face;
+            return self.centres + beside.face;
         }
-        let (start, each) = self.quadrant[corner.unwrap_or(0)][0];
+        let (start, each) = self.quadrant[beside.corner.unwrap_or(0)][0];
         start + each * h.0
     }
 
     /// The row of vertices next to a half-edge on its left, in the direction of its edge.
     #[inline(always)]
     pub fn beside<const QUADS: bool>(&self, walk: Walk<'_, QUADS>, h: HalfEdge, out: &mut [u32]) {
-        let (next, (face, corner)) = (walk.next(h), walk.corner(h));
-        out[0] = self.on_half_edge(walk, walk.prev(h), self.size - 1);
+        let Beside { next, prev, face, corner } = walk.beside(h);
+        out[0] = self.on_half_edge(walk, prev, self.size - 1);
         out[self.size] = self.on_half_edge(walk, next, 1);
         if self.size == 2 {
             out[1] = self.centres + face;

@@ -7,29 +7,48 @@ use crate::mask::{Mask, edge_mask, is_linear, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::real::Real;
 use crate::scheme::Scheme;
-use crate::tags::{Crease, INFINITE_SHARPNESS, Tags};
+use crate::tags::Tags;
 use crate::topology::{Interpolation, Topology};
+use std::collections::BTreeMap;
 
-/// The rule of a row of sharpness `s` among quads, or of a boundary, as vertices of `t` have them.
-pub(super) fn row_rule(t: &Topology, scheme: Scheme, s: f64, is_boundary: bool) -> RowRule<f64> {
-    // Vertices 0 1 2 of the row, then 3 4 5 above, and 6 7 8 below where there are faces.
-    let above = [[0u32, 1, 4, 3], [1, 2, 5, 4]];
-    let below = [[6u32, 7, 1, 0], [7, 8, 2, 1]];
-    let faces: &[[u32; 4]] = &if is_boundary { above.to_vec() } else { [above, below].concat() };
-    let creases = if s > 0.0 { vec![Crease::new(0, 1, s), Crease::new(1, 2, s)] } else { Vec::new() };
-    let tags = Tags { creases, rules: *t.rules(), ..Tags::default() };
-    let mesh = ControlMesh::new(faces, tags).expect("a grid is a mesh");
-    let mut grid = Topology::new(&mesh).expect("the creases lie on edges");
-    grid.interpolation = t.interpolation;
-    let mut mask = Mask::default();
-    let sum = |terms: &[(u32, f64)], of: &[u32]| -> f64 {
-        terms.iter().filter(|term| of.contains(&term.0)).map(|term| term.1).sum()
-    };
-    edge_mask(&grid, scheme, grid.edge(grid.half_edge(Face(0), 0)), &mut mask);
-    let edge = [sum(&mask.vertices, &[0]), sum(&mask.faces, &[0])];
-    vertex_mask(&grid, scheme, Vertex(1), &mut mask);
-    let of = |v: u32| sum(&mask.vertices, &[v]);
-    RowRule { edge, vertex: [of(1), of(0), of(4), sum(&mask.faces, &[0])] }
+/// A small grid with a row of two edges through its middle, or along its side, off which the rule of rows is read.
+pub(super) struct RowGrid {
+    t: Topology,
+    scheme: Scheme,
+    /// None along a boundary, which is sharp as it is.
+    row: Option<[usize; 2]>,
+    mask: Mask,
+}
+
+impl RowGrid {
+    /// Of quads as `t` has them, or of their boundary.
+    pub fn new(t: &Topology, scheme: Scheme, is_boundary: bool) -> Self {
+        // Vertices 0 1 2 of the row, then 3 4 5 above, and 6 7 8 below where there are faces.
+        let faces = [[0u32, 1, 4, 3], [1, 2, 5, 4], [6, 7, 1, 0], [7, 8, 2, 1]];
+        let tags = Tags { rules: *t.rules(), ..Tags::default() };
+        let mesh = ControlMesh::new(&faces[..if is_boundary { 2 } else { 4 }], tags).expect("a grid is a mesh");
+        let mut grid = Topology::new(&mesh).expect("a grid has no creases");
+        grid.interpolation = t.interpolation;
+        let row = (!is_boundary).then(|| [0, 1].map(|f| grid.edge(grid.half_edge(Face(f), 0)).index()));
+        Self { t: grid, scheme, row, mask: Mask::default() }
+    }
+
+    /// The rule of a row of sharpness `s`.
+    pub fn rule(&mut self, s: f64) -> RowRule<f64> {
+        let Self { t, scheme, row, mask } = self;
+        if let Some(row) = row {
+            row.iter().for_each(|&e| t.edge_sharpness.set(e, s));
+            t.index_sharp_edges();
+        }
+        let sum = |terms: &[(u32, f64)], of: u32| -> f64 {
+            terms.iter().filter(|term| term.0 == of).map(|term| term.1).sum()
+        };
+        edge_mask(t, *scheme, t.edge(t.half_edge(Face(0), 0)), mask);
+        let edge = [sum(&mask.vertices, 0), sum(&mask.faces, 0)];
+        vertex_mask(t, *scheme, Vertex(1), mask);
+        let [own, beside, beyond] = [1, 0, 4].map(|v| sum(&mask.vertices, v));
+        RowRule { edge, vertex: [own, beside, beyond, sum(&mask.faces, 0)] }
+    }
 }
 
 /// In the precision of the values.
@@ -46,24 +65,23 @@ pub(super) struct SharpEdges {
 }
 
 impl SharpEdges {
-    /// Of the edges of `t`.
-    pub fn new(t: &Topology, scheme: Scheme) -> Self {
+    /// Of the edges of `t`; `grids` are those inside and at a boundary.
+    pub fn new(t: &Topology, scheme: Scheme, grids: &mut [RowGrid; 2]) -> Self {
         let mut out = Self::default();
         if is_linear(t, scheme) {
             return out;
         }
-        let mut known: Vec<(u64, bool)> = Vec::new();
+        let mut known: BTreeMap<(bool, u64), u32> = BTreeMap::new();
         for e in t.edge_sharpness.sharp() {
-            let s = t.edge_sharpness.get(e);
-            // Boundaries differ from other infinitely sharp edges only where they are kept linear.
+            // One step sees of a sharpness only what is at most 1.
+            let s = t.edge_sharpness.get(e).min(1.0);
+            // Boundaries differ from other sharp edges only where they are kept linear.
             let is_boundary = t.edge_flags[e].boundary && t.interpolation == Interpolation::LinearBoundaries;
-            let key = (s.min(INFINITE_SHARPNESS).to_bits(), is_boundary);
-            let rule = known.iter().rposition(|k| *k == key).unwrap_or_else(|| {
-                known.push(key);
-                out.rules.push(row_rule(t, scheme, s, is_boundary));
-                known.len() - 1
+            let rule = *known.entry((is_boundary, s.to_bits())).or_insert_with(|| {
+                out.rules.push(grids[usize::from(is_boundary)].rule(s));
+                out.rules.len() as u32 - 1
             });
-            out.edges.push((e as u32, rule as u32));
+            out.edges.push((e as u32, rule));
         }
         out
     }
@@ -144,17 +162,17 @@ mod tests {
     #[test]
     fn rules_of_smooth_sharp_and_fading_rows_are_the_published_ones() {
         let t = Topology::new(&shapes::grid(3, 3).mesh).unwrap();
-        let of = |s: f64| row_rule(&t, Scheme::CatmullClark, s, false);
+        let of = |s: f64| RowGrid::new(&t, Scheme::CatmullClark, false).rule(s);
         let smooth = RowRule { edge: [0.25, 0.25], vertex: [0.5, 1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0] };
         let sharp = RowRule { edge: [0.5, 0.0], vertex: [0.75, 0.125, 0.0, 0.0] };
         assert_eq!(of(0.0), smooth);
         assert_eq!(of(10.0), sharp);
-        assert_eq!(of(1.0), sharp);
+        assert_eq!((of(1.0), of(2.7)), (sharp, sharp));
         let between = of(0.5);
         assert_eq!(between.edge, [0.375, 0.125]);
         for k in 0..4 {
             assert_eq!(between.vertex[k], 0.5 * (smooth.vertex[k] + sharp.vertex[k]));
         }
-        assert_eq!(row_rule(&t, Scheme::CatmullClark, 10.0, true), sharp);
+        assert_eq!(RowGrid::new(&t, Scheme::CatmullClark, true).rule(10.0), sharp);
     }
 }

@@ -39,25 +39,36 @@ pub(super) struct Walk<'a, const QUADS: bool> {
     pub sides: &'a Sides,
 }
 
+/// What lies round a half-edge.
+pub(super) struct Beside {
+    pub next: HalfEdge,
+    pub prev: HalfEdge,
+    pub face: u32,
+    /// At which corner of a quad it starts; none in other faces.
+    pub corner: Option<usize>,
+}
+
 impl<const QUADS: bool> Walk<'_, QUADS> {
     #[inline(always)]
-    pub fn next(&self, h: HalfEdge) -> HalfEdge {
-        if QUADS { HalfEdge(h.0 & !3 | (h.0 + 1) & 3) } else { self.t.next(h) }
-    }
-
-    #[inline(always)]
-    pub fn prev(&self, h: HalfEdge) -> HalfEdge {
-        if QUADS { HalfEdge(h.0 & !3 | h.0.wrapping_sub(1) & 3) } else { self.t.prev(h) }
-    }
-
-    /// The face of a half-edge, and at which corner of a quad that starts.
-    #[inline(always)]
-    pub fn corner(&self, h: HalfEdge) -> (u32, Option<usize>) {
+    pub fn beside(&self, h: HalfEdge) -> Beside {
         if QUADS {
-            return (h.0 / 4, Some(h.index() % 4));
+            let (first, corner) = (h.0 & !3, h.0 & 3);
+            let at = |corner: u32| HalfEdge(first | corner & 3);
+            return Beside {
+                next: at(corner + 1),
+                prev: at(corner.wrapping_sub(1)),
+                face: h.0 / 4,
+                corner: Some(corner as usize),
+            };
         }
-        let f = self.t.face(h);
-        (f.0, (self.t.sides(f) == 4).then(|| (h.0 - self.t.first(f)) as usize))
+        let face = self.t.face(h).0;
+        let (first, end) = (self.t.face_offset[face as usize], self.t.face_offset[face as usize + 1]);
+        Beside {
+            next: HalfEdge(if h.0 + 1 == end { first } else { h.0 + 1 }),
+            prev: HalfEdge(if h.0 == first { end - 1 } else { h.0 - 1 }),
+            face,
+            corner: (end - first == 4).then_some((h.0 - first) as usize),
+        }
     }
 
     /// The other side of a half-edge; itself where there is none.

@@ -6,7 +6,7 @@ use super::super::numbering::{Counts, Owner, Region, along_edge, regions};
 use super::super::tile::Tile;
 use super::grid::{Grid, fine_slot};
 use super::places::Places;
-use super::rules::{SharpEdges, Special, fan, rounded, row_rule};
+use super::rules::{RowGrid, SharpEdges, Special, fan, rounded};
 use super::sides::{Sides, Walk};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::kernel::{RowRule, vectorized};
@@ -63,8 +63,16 @@ struct Task<'a, V> {
 }
 
 impl Step {
-    /// From level `level`, whose sharpness `t` has. `special` are the vertices that do not follow the smooth rule.
-    pub fn new(t: &Topology, sides: &Sides, scheme: Scheme, level: u32, special: &[u32]) -> Self {
+    /// From level `level`, whose sharpness `t` has. `special` are the vertices that do not follow the smooth rule; rules of rows
+    /// are read off `grids`.
+    pub fn new(
+        t: &Topology,
+        sides: &Sides,
+        scheme: Scheme,
+        level: u32,
+        special: &[u32],
+        grids: &mut [RowGrid; 2],
+    ) -> Self {
         let from = Places::new(Counts::of(t), level);
         let regions = regions(Counts::of(t), SplitKind::Quads, level + 1);
         let is_linear = is_linear(t, scheme);
@@ -101,9 +109,9 @@ impl Step {
             whole,
             corner,
             along,
-            smooth: row_rule(t, scheme, 0.0, false),
+            smooth: grids[0].rule(0.0),
             is_linear,
-            sharp: SharpEdges::new(t, scheme),
+            sharp: SharpEdges::new(t, scheme, grids),
             special: rows,
         }
     }
@@ -338,13 +346,14 @@ impl Step {
             let mut h = first;
             while h != NONE {
                 let end = &values[self.from.on_half_edge(walk, HalfEdge(h), 1) as usize];
-                let diagonal = &values[self.from.diagonal(walk, HalfEdge(h)) as usize];
+                let beside = walk.beside(HalfEdge(h));
+                let diagonal = &values[self.from.diagonal(HalfEdge(h), &beside) as usize];
                 for c in 0..N {
                     ends[c] = ends[c] + (end[c] - own[c]);
                     diagonals[c] = diagonals[c] + (diagonal[c] - own[c]);
                 }
                 valence += 1;
-                h = walk.t.twin[walk.prev(HalfEdge(h)).index()];
+                h = walk.t.twin[beside.prev.index()];
                 if h == first {
                     break;
                 }
@@ -415,10 +424,9 @@ fn star(t: &Topology, sides: &Sides, scheme: Scheme, from: &Places, v: Vertex, m
     }
     if !mask.faces.is_empty() {
         for (h, &(_, weight)) in fan(t, v).into_iter().zip(&mask.faces) {
-            let ends = [h, t.prev(h)].map(|h| from.near_end(t, t.edge(h), v));
-            terms.extend(
-                [v.0, ends[0], ends[1], from.diagonal(Walk::<false> { t, sides }, h)].map(|id| (id, 0.25 * weight)),
-            );
+            let beside = Walk::<false> { t, sides }.beside(h);
+            let ends = [h, beside.prev].map(|h| from.near_end(t, t.edge(h), v));
+            terms.extend([v.0, ends[0], ends[1], from.diagonal(h, &beside)].map(|id| (id, 0.25 * weight)));
         }
     }
     terms.sort_by_key(|term| (term.0 != v.0, term.0));
