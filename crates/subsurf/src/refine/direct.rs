@@ -1,5 +1,5 @@
 //! Catmull-Clark and bilinear refinement without topology below the control mesh: where the vertices of a level lie follows from
-//! half-edges of the control mesh, and so do their neighbours. Level follows level, each written once in its final order, the
+//! half-edges of the control mesh (their children by arithmetic, after Dupuy, Vanhoey 2021), and so do their neighbours. Level follows level, each written once in its final order, the
 //! last one where it is wanted.
 //!
 //! What lies inside a control face is a regular grid; what lies on a control edge is one with at most one sharp row; only

@@ -1,5 +1,5 @@
-//! Uniform refinement in one call: the vertices, faces and values of a level straight from the control mesh, without the levels
-//! between.
+//! Uniform refinement in one call: the vertices, faces and values of a level straight from the control mesh, without the topology of
+//! the levels between.
 
 use super::direct::Direct;
 use super::face_rings::FaceRings;
@@ -16,11 +16,11 @@ use rayon::prelude::*;
 use std::any::{Any, TypeId};
 use std::sync::OnceLock;
 
-/// A level of refinement in one step: how its vertices are made of the control points, and its faces, in the order of
+/// A level of refinement without those between: how its vertices are made of the control points, and its faces, in the order of
 /// [`Level`]. Made once per connectivity; takes values of any attribute.
 ///
-/// Values are those of [`Level::refine_values`] repeated, up to rounding: sums are formed in the precision of the values, relative
-/// to a control point nearby.
+/// Values are those of [`Level::refine_values`] repeated, up to rounding: sums are formed in the precision of the values, which
+/// adds a few units in the last place per level. Constants come out exactly.
 ///
 /// ```
 /// use subsurf::{Scheme, UniformRefinement, shapes};
@@ -43,7 +43,7 @@ pub struct UniformRefinement {
 
 /// How values are refined.
 enum Method {
-    /// Level by level, without their topology.
+    /// Level by level, without the levels' topology: whatever [`Direct`] takes.
     Direct(Box<Direct>),
     Trees(Box<Plan>),
     /// Level by level: these are levels 0 to depth - 1.
@@ -203,8 +203,7 @@ impl UniformRefinement {
         self.numbering.write_corners(&self.control, out);
     }
 
-    /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`, relative
-    /// to a control point nearby.
+    /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`.
     ///
     /// # Panics
     /// If `values` has not one row per vertex of the control mesh.
