@@ -8,10 +8,12 @@ use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
 
 mod block;
+mod grid;
 mod normal;
 
 pub use block::Lanes;
 use block::store_each;
+pub(crate) use grid::{FineGrid, RowRule, refine_grid};
 use normal::unit_normals;
 pub(crate) use normal::unit_normals_of;
 
