@@ -81,7 +81,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         let share = locations.len().div_ceil(rayon::current_num_threads());
         let chunk = share.clamp(CHUNK[0], CHUNK[1]);
         let found: Vec<Vec<Exceptional>> = (locations.par_chunks(chunk).zip(rows.par_chunks_mut(chunk)).enumerate())
-            .map_init(Chunk::<S, N>::default, |scratch, (i, (locations, rows))| {
+            .map_init(Chunk::<S>::default, |scratch, (i, (locations, rows))| {
                 scratch.evaluate(self, locations, rows, i * chunk)
             })
             .collect();
@@ -94,8 +94,10 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// If there is no such sub-face.
     pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'_, T, N>> {
         let patch = self.table().patch(face, subface);
+        self.table().patch_plan(patch)?;
         let mut sampler = Sampler::default();
-        sampler.meet(self, patch).then_some(LimitPatch { surface: self, sampler, samples: Vec::new() })
+        sampler.meet(patch);
+        Some(LimitPatch { surface: self, sampler })
     }
 }
 
@@ -108,8 +110,7 @@ fn check_rows<const R: usize>(samples: usize, rows: usize) {
 /// One patch of a limit surface, for many samples: see [`LimitSurface::patch`].
 pub struct LimitPatch<'a, T, const N: usize> {
     surface: &'a LimitSurface<'a, T, N>,
-    sampler: Sampler<T, N>,
-    samples: Vec<u32>,
+    sampler: Sampler<T>,
 }
 
 impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
@@ -119,74 +120,60 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     /// If parameters lie outside the face, or if there is not one row per sample.
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
-        let table = self.surface.table();
-        places.iter().for_each(|&[u, v]| table.check_parameters(u, v));
-        self.samples.clear();
-        self.samples.extend(0..places.len() as u32);
-        self.sampler.run(
-            self.surface,
-            &self.samples,
-            #[inline(always)]
-            |i| places[i as usize],
-            rows,
-        );
+        self.sampler.run(self.surface, places.len(), |i| i as u32, |i| places[i as usize], rows);
         self.sampler.take_exceptional(0)
     }
 }
 
 /// Reusable memory of one thread.
-struct Chunk<T, const N: usize> {
-    sampler: Sampler<T, N>,
+struct Chunk<T> {
+    sampler: Sampler<T>,
     /// The patch of every sample above its number: sorted, the samples of a patch are together and in order.
     keys: Vec<u64>,
     other: Vec<u64>,
-    samples: Vec<u32>,
 }
 
-impl<T: Real, const N: usize> Default for Chunk<T, N> {
+impl<T> Default for Chunk<T> {
     fn default() -> Self {
-        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new(), samples: Vec::new() }
+        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new() }
     }
 }
 
-impl<T: Real, const N: usize> Chunk<T, N> {
+impl<T: Real> Chunk<T> {
     /// Evaluates a chunk of locations, the first of which is number `first` of the batch.
-    fn evaluate<V: Real, const R: usize>(
+    fn evaluate<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
         locations: &[Location],
         rows: &mut [[[T; N]; R]],
         first: usize,
     ) -> Vec<Exceptional> {
-        let Self { sampler, keys, other, samples } = self;
+        let Self { sampler, keys, other } = self;
         let table = surface.table();
-        keys.clear();
-        let (mut last, mut patch, mut changes) = (None, 0, 0);
-        for (i, at) in locations.iter().enumerate() {
-            table.check_parameters(at.u, at.v);
-            if last != Some((at.face, at.subface)) {
-                last = Some((at.face, at.subface));
-                patch = (table.patch(at.face, at.subface) as u64) << 32;
-                changes += 1;
+        let is_same = |a: &Location, b: &Location| (a.face, a.subface) == (b.face, b.subface);
+        let place = |i: u32| {
+            let at = &locations[i as usize];
+            [at.u, at.v]
+        };
+        let mut changes = 0;
+        for pair in locations.windows(2) {
+            changes += usize::from(!is_same(&pair[0], &pair[1]));
+        }
+        if 4 * changes <= locations.len() {
+            let mut start = 0;
+            for run in locations.chunk_by(is_same) {
+                sampler.meet(table.patch(run[0].face, run[0].subface));
+                sampler.run(surface, run.len(), |k| (start + k) as u32, place, rows);
+                start += run.len();
             }
-            keys.push(patch | i as u64);
-        }
-        if 4 * changes > locations.len() {
+        } else {
+            keys.clear();
+            let patch = |at: &Location| table.patch(at.face, at.subface) as u64;
+            keys.extend(locations.iter().enumerate().map(|(i, at)| patch(at) << 32 | i as u64));
             sort_by_patch(keys, other, table.patch_count());
-        }
-        for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
-            samples.clear();
-            samples.extend(run.iter().map(|&key| key as u32));
-            if sampler.meet(surface, (run[0] >> 32) as usize) {
-                sampler.run(
-                    surface,
-                    samples,
-                    #[inline(always)]
-                    |i| [locations[i as usize].u, locations[i as usize].v],
-                    rows,
-                );
-            } else {
-                sampler.skip(samples, rows);
+            for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
+                sampler.meet((run[0] >> 32) as usize);
+                sampler.run(surface, run.len(), |k| run[k] as u32, place, rows);
             }
         }
         sampler.take_exceptional(first)
