@@ -13,7 +13,11 @@ use rayon::prelude::*;
 
 /// Fewest locations that a thread takes at a time, and most. Larger: fewer threads, more scratch memory; smaller: fewer
 /// samples of a face together where their order is random.
-const CHUNK: [usize; 2] = [1 << 12, 1 << 18];
+const CHUNK: [usize; 2] = [1 << 12, 1 << 22];
+
+/// Sorted locations whose parameters and rows are brought into the cache together. Larger: they do not stay there;
+/// smaller: fewer reads at a time.
+const TOGETHER: usize = 512;
 
 /// A sample of a batch whose row is not simply position and derivatives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -120,7 +124,7 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     /// If parameters lie outside the face, or if there is not one row per sample.
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
-        self.sampler.run(self.surface, places.len(), |i| i as u32, |i| places[i as usize], rows);
+        self.sampler.run(self.surface, places.len(), |k| k as u32, |k| places[k], rows);
         self.sampler.take_exceptional(0)
     }
 }
@@ -131,11 +135,14 @@ struct Chunk<T> {
     /// The patch of every sample above its number: sorted, the samples of a patch are together and in order.
     keys: Vec<u64>,
     other: Vec<u64>,
+    /// Parameters of some of them, and the ends of their rows.
+    places: Vec<[f64; 2]>,
+    touched: Vec<[T; 2]>,
 }
 
 impl<T> Default for Chunk<T> {
     fn default() -> Self {
-        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new() }
+        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new(), places: Vec::new(), touched: Vec::new() }
     }
 }
 
@@ -148,32 +155,44 @@ impl<T: Real> Chunk<T> {
         rows: &mut [[[T; N]; R]],
         first: usize,
     ) -> Vec<Exceptional> {
-        let Self { sampler, keys, other } = self;
+        let Self { sampler, keys, other, places, touched } = self;
         let table = surface.table();
-        let is_same = |a: &Location, b: &Location| (a.face, a.subface) == (b.face, b.subface);
-        let place = |i: u32| {
-            let at = &locations[i as usize];
-            [at.u, at.v]
-        };
+        let is_same = |a: &Location, b: &Location| (a.face == b.face) & (a.subface == b.subface);
         let mut changes = 0;
         for pair in locations.windows(2) {
             changes += usize::from(!is_same(&pair[0], &pair[1]));
         }
+        // What another batch left may be of other points.
+        sampler.forget();
         if 4 * changes <= locations.len() {
             let mut start = 0;
             for run in locations.chunk_by(is_same) {
                 sampler.meet(table.patch(run[0].face, run[0].subface));
-                sampler.run(surface, run.len(), |k| (start + k) as u32, place, rows);
+                sampler.run(surface, run.len(), |k| (start + k) as u32, |k| [run[k].u, run[k].v], rows);
                 start += run.len();
             }
-        } else {
-            keys.clear();
-            let patch = |at: &Location| table.patch(at.face, at.subface) as u64;
-            keys.extend(locations.iter().enumerate().map(|(i, at)| patch(at) << 32 | i as u64));
-            sort_by_patch(keys, other, table.patch_count());
-            for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
+            return sampler.take_exceptional(first);
+        }
+        keys.clear();
+        let patch = |at: &Location| table.patch(at.face, at.subface) as u64;
+        keys.extend(locations.iter().enumerate().map(|(i, at)| patch(at) << 32 | i as u64));
+        sort_by_patch(keys, other, table.patch_count());
+        for part in keys.chunks(TOGETHER) {
+            // Memory is read all over the place, so many reads at a time; rows too, that they are at hand when they are written.
+            places.clear();
+            touched.clear();
+            for &key in part {
+                let at = &locations[key as u32 as usize];
+                places.push([at.u, at.v]);
+                let row = rows[key as u32 as usize].as_flattened();
+                touched.push([row.first(), row.last()].map(|end| end.copied().unwrap_or_default()));
+            }
+            let mut start = 0;
+            for run in part.chunk_by(|a, b| a >> 32 == b >> 32) {
+                let places = &places[start..start + run.len()];
                 sampler.meet((run[0] >> 32) as usize);
-                sampler.run(surface, run.len(), |k| run[k] as u32, place, rows);
+                sampler.run(surface, run.len(), |k| run[k] as u32, |k| places[k], rows);
+                start += run.len();
             }
         }
         sampler.take_exceptional(first)

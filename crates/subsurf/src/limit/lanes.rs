@@ -7,71 +7,21 @@
 
 use super::bspline::{ORDERS, WEIGHTS, weight};
 use super::plan::{ControlPoints, Fine, Pose, SubPatch};
-use crate::kernel::LANES;
+use crate::kernel::{LANES, PART, Part};
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use fearless_simd::Simd;
 
-/// Components of a part.
-pub(super) const PART: usize = 4;
-
-/// Up to four components of a value; what lies beyond the last one is of no use.
-pub(super) type Part<T> = [T; PART];
-
 /// Control points, four rows of four: of point `4 j + i` component `c` at `4 i + c` of row `j`.
 pub(super) type Panel<T> = [[T; LANES]; 4];
 
-/// Points of a list relative to one of them, a part of each.
-#[derive(Clone, Copy)]
-pub(super) struct Points<'a, V, T, const N: usize> {
-    points: &'a [[V; N]],
-    /// First component of the part.
-    first: usize,
-    /// The last point, filled up.
-    last: [V; PART],
-    /// What they are relative to.
-    pub base: Part<T>,
-}
-
-impl<'a, V: Real, T: Real, const N: usize> Points<'a, V, T, N> {
-    /// Components from number `first` on.
-    #[inline(always)]
-    pub fn new(points: &'a [[V; N]], first: usize, base: u32) -> Self {
-        let mut last = [V::default(); PART];
-        for c in 0..PART {
-            if first + c < N {
-                last[c] = points[points.len() - 1][first + c];
-            }
-        }
-        let mut out = Self { points, first, last, base: [T::default(); PART] };
-        out.base = out.at(base);
-        out
+/// A point relative to another.
+#[inline(always)]
+pub(super) fn relative<T: Real>(mut point: Part<T>, base: &Part<T>) -> Part<T> {
+    for c in 0..PART {
+        point[c] = point[c] - base[c];
     }
-
-    /// The point with a number.
-    #[inline(always)]
-    pub fn at(&self, number: u32) -> Part<T> {
-        let number = number as usize;
-        // Four numbers at once; those of the last point are not followed by others.
-        let padded;
-        let four = if N <= PART {
-            self.points.as_flattened()[N * number..].first_chunk::<PART>().unwrap_or(&self.last)
-        } else {
-            let mut four = [V::default(); PART];
-            for c in 0..PART {
-                if self.first + c < N {
-                    four[c] = self.points[number][self.first + c];
-                }
-            }
-            padded = four;
-            &padded
-        };
-        let mut part = [T::default(); PART];
-        for c in 0..PART {
-            part[c] = T::from_f64(four[c].to_f64()) - self.base[c];
-        }
-        part
-    }
+    point
 }
 
 /// Factors of first and second derivatives.
@@ -185,30 +135,6 @@ impl<T: Real> Piece<T> {
             }
         }
         values
-    }
-}
-
-/// Writes the components from number `first` on.
-#[inline(always)]
-pub(super) fn put<T: Real, const N: usize, const R: usize>(
-    values: &[Part<T>; R],
-    first: usize,
-    row: &mut [[T; N]; R],
-) {
-    let flat = row.as_flattened_mut();
-    for r in 0..R {
-        // Four numbers at once, where the next overwrite what does not belong there.
-        if N <= PART
-            && let Some(four) = flat[N * r..].first_chunk_mut::<PART>()
-        {
-            *four = values[r];
-        } else {
-            for c in 0..PART {
-                if first + c < N {
-                    flat[N * r + first + c] = values[r][c];
-                }
-            }
-        }
     }
 }
 

@@ -2,10 +2,10 @@
 //! takes the same way in `f64`.
 
 use super::batch::Exceptional;
-use super::lanes::{PART, Panel, Part, Piece, Points, curves, put, turns, weighted};
+use super::lanes::{Panel, Piece, curves, relative, turns, weighted};
 use super::plan::{ControlPoints, Plan, Spot, SubPatch};
 use super::{LimitSurface, PatchTable};
-use crate::kernel::LANES;
+use crate::kernel::{LANES, PART, Part, Parts, put};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
 use fearless_simd::{Level, Simd, dispatch};
@@ -65,8 +65,17 @@ impl<T: Real> Sampler<T> {
         all
     }
 
-    /// Goes to a patch.
+    /// Leaves the patch.
+    pub fn forget(&mut self) {
+        self.patch = usize::MAX;
+    }
+
+    /// Goes to a patch, or stays there.
+    #[inline]
     pub fn meet(&mut self, patch: usize) {
+        if patch == self.patch {
+            return;
+        }
         self.patch = patch;
         self.ring.clear();
         self.pieces.clear();
@@ -77,22 +86,22 @@ impl<T: Real> Sampler<T> {
         });
     }
 
-    /// Evaluates samples of the patch, at parameters `[u, v]`; those in holes are zero.
+    /// Evaluates samples of the patch: the `k`-th is number `sample(k)`, at the parameters `place(k)`. Rows in holes are zero.
     #[inline]
     pub fn run<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
         count: usize,
         sample: impl Fn(usize) -> u32,
-        place: impl Fn(u32) -> [f64; 2],
+        place: impl Fn(usize) -> [f64; 2],
         rows: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
         let Some(plan) = table.patch_plan(self.patch) else {
-            return (0..count).map(sample).for_each(|i| {
-                let [u, v] = place(i);
+            return (0..count).for_each(|k| {
+                let [u, v] = place(k);
                 table.check_parameters(u, v);
-                self.skip(i, rows);
+                self.skip(sample(k), rows);
             });
         };
         let plan = table.plan(plan);
@@ -105,8 +114,8 @@ impl<T: Real> Sampler<T> {
             }
             return self.evaluate_whole(table, &spot, count, sample, place, rows);
         }
-        for i in (0..count).map(sample) {
-            let [u, v] = place(i);
+        for number in 0..count {
+            let (i, [u, v]) = (sample(number), place(number));
             table.check_parameters(u, v);
             let Some(spot) = plan.spot(u, v, turn) else {
                 self.exception(surface, [u, v], i, rows);
@@ -146,7 +155,7 @@ impl<T: Real> Sampler<T> {
         spot: &Spot<'_>,
         count: usize,
         sample: impl Fn(usize) -> u32,
-        place: impl Fn(u32) -> [f64; 2],
+        place: impl Fn(usize) -> [f64; 2],
         rows: &mut [[[T; N]; R]],
     ) {
         let split = table.scheme().split();
@@ -156,14 +165,16 @@ impl<T: Real> Sampler<T> {
                 let mut start = 0;
                 while start < count {
                     let lanes = if count - start < LANES { count - start } else { LANES };
-                    let (mut s, mut t) = ([T::default(); LANES], [T::default(); LANES]);
-                    let mut samples = [0; LANES];
+                    let (mut u, mut v, mut samples) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
                     for k in 0..lanes {
                         samples[k] = sample(start + k);
-                        let [u, v] = place(samples[k]);
-                        table.check_parameters(u, v);
-                        let [a, b] = spot.whole(split, u, v);
-                        (s[k], t[k]) = (T::from_f64(a), T::from_f64(b));
+                        [u[k], v[k]] = place(start + k);
+                    }
+                    table.check_all(&u, &v);
+                    spot.whole(split, &mut u, &mut v);
+                    let (mut s, mut t) = ([T::default(); LANES], [T::default(); LANES]);
+                    for k in 0..LANES {
+                        (s[k], t[k]) = (T::from_f64(u[k]), T::from_f64(v[k]));
                     }
                     let across = curves::<T, LANES>(&t);
                     for part in 0..N.div_ceil(PART) {
@@ -215,22 +226,24 @@ impl<T: Real> Sampler<T> {
                 #[inline(always)]
                 || {
                     for part in 0..N.div_ceil(PART) {
-                        let points = Points::<V, T, N>::new(surface.points, PART * part, ring[0]);
+                        let points = Parts::new(surface.points, PART * part);
+                        let base: Part<T> = points.at(ring[0] as usize);
+                        let at = |point: u32| relative(points.at(point as usize), &base);
                         if let (ControlPoints::Chosen(_), None, None) = (&matrices.points, &matrices.origin, &matrices.fine) {
-                            self.pieces.push(Piece::new(simd, matrices, turn, points.base, |p| points.at(ring[p])));
+                            self.pieces.push(Piece::new(simd, matrices, turn, base, |p| at(ring[p])));
                             continue;
                         }
                         let start = part * ring.len();
                         if self.ring.len() == start {
                             for &point in ring {
-                                self.ring.push(points.at(point));
+                                self.ring.push(at(point));
                             }
                         }
-                        let relative = &self.ring[start..start + ring.len()];
-                        self.pieces.push(Piece::new(simd, matrices, turn, points.base, |p| relative[p]));
+                        let gathered = &self.ring[start..start + ring.len()];
+                        self.pieces.push(Piece::new(simd, matrices, turn, base, |p| gathered[p]));
                         if let Some((_, blocks)) = &matrices.fine {
                             self.finer.resize(self.pieces.len() - 1, [[T::default(); LANES]; 4]);
-                            self.finer.push(weighted(simd, blocks, |p| relative[p]));
+                            self.finer.push(weighted(simd, blocks, |p| gathered[p]));
                         }
                     }
                 }
@@ -284,9 +297,10 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
                 || {
                     let across = curves(&[spot.t]);
                     for first in (0..N).step_by(PART) {
-                        let points = Points::<T, f64, N>::new(self.points, first, ring[0]);
-                        let at = |p: usize| points.at(ring[p]);
-                        let piece = Piece::new(simd, matrices, turn, points.base, at);
+                        let points = Parts::new(self.points, first);
+                        let base: Part<f64> = points.at(ring[0] as usize);
+                        let at = |p: usize| relative(points.at(ring[p] as usize), &base);
+                        let piece = Piece::new(simd, matrices, turn, base, at);
                         let finer = match &matrices.fine {
                             Some((_, blocks)) => Some(weighted(simd, blocks, at)),
                             None => None,

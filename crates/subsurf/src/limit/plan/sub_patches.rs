@@ -16,7 +16,7 @@ use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
 use crate::limit::rows::Rows;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
-use crate::limit::turn::turned;
+use crate::limit::turn::turn_all;
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use std::any::Any;
@@ -148,12 +148,14 @@ impl Spot<'_> {
         self.number
     }
 
-    /// Parameters of the piece at `(u, v)` of a face that it covers.
+    /// Parameters of a piece that covers its face, from those of the face.
     #[inline(always)]
-    pub fn whole(&self, split: SplitKind, u: f64, v: f64) -> [f64; 2] {
-        let (a, b) = turned(split, u, v, self.pose.turn);
+    pub fn whole<const W: usize>(&self, split: SplitKind, u: &mut [f64; W], v: &mut [f64; W]) {
+        turn_all(split, u, v, self.pose.turn);
         let centre = centre(split);
-        [a - centre, b - centre]
+        for k in 0..W {
+            (u[k], v[k]) = (u[k] - centre, v[k] - centre);
+        }
     }
 }
 
