@@ -29,20 +29,23 @@ impl<'a, V: Real, const N: usize> Parts<'a, V, N> {
         out
     }
 
+    /// The part of value `number`.
+    #[inline(always)]
+    pub fn at(&self, number: usize) -> Part<V> {
+        // Four numbers at once; those of the last value are not followed by others.
+        if N == PART || N + 1 == PART {
+            *self.values.as_flattened()[N * number..].first_chunk::<PART>().unwrap_or(&self.last)
+        } else {
+            self.one_by_one(number)
+        }
+    }
+
     /// The part of value `number`, in another precision.
     #[inline(always)]
-    pub fn at<T: Real>(&self, number: usize) -> Part<T> {
-        // Four numbers at once; those of the last value are not followed by others.
-        let apart;
-        let four = if N <= PART {
-            self.values.as_flattened()[N * number..].first_chunk::<PART>().unwrap_or(&self.last)
-        } else {
-            apart = self.one_by_one(number);
-            &apart
-        };
-        let mut part = [T::default(); PART];
+    pub fn rounded<T: Real>(&self, number: usize) -> Part<T> {
+        let (from, mut part) = (self.at(number), [T::default(); PART]);
         for c in 0..PART {
-            part[c] = T::from_f64(four[c].to_f64());
+            part[c] = T::from_f64(from[c].to_f64());
         }
         part
     }
@@ -88,7 +91,7 @@ mod tests {
         let mut out = [[0.0; N]; 5];
         for first in (0..N).step_by(PART) {
             let parts = Parts::new(&values, first);
-            put(&[0, 1, 2, 3, 4].map(|i| parts.at::<f64>(i)), first, &mut out);
+            put(&[0, 1, 2, 3, 4].map(|i| parts.rounded::<f64>(i)), first, &mut out);
         }
         assert_eq!(out.map(|value| value.map(|x| x as f32)), values[..]);
     }

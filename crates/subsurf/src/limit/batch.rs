@@ -142,7 +142,13 @@ struct Chunk<T> {
 
 impl<T> Default for Chunk<T> {
     fn default() -> Self {
-        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new(), places: Vec::new(), touched: Vec::new() }
+        Self {
+            sampler: Sampler::default(),
+            keys: Vec::new(),
+            other: Vec::new(),
+            places: Vec::new(),
+            touched: Vec::new(),
+        }
     }
 }
 

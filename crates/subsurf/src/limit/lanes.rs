@@ -15,37 +15,17 @@ use fearless_simd::Simd;
 /// Control points, four rows of four: of point `4 j + i` component `c` at `4 i + c` of row `j`.
 pub(super) type Panel<T> = [[T; LANES]; 4];
 
-/// A point relative to another.
-#[inline(always)]
-pub(super) fn relative<T: Real>(mut point: Part<T>, base: &Part<T>) -> Part<T> {
-    for c in 0..PART {
-        point[c] = point[c] - base[c];
-    }
-    point
-}
+/// Factors of derivatives: those in the face's `u`, then `v`, from those in the piece's `s` and `t`.
+pub(super) type Turn<T> = [[T; 2]; 2];
 
-/// Factors of first and second derivatives.
-type Turn<T> = ([[T; 2]; 2], [[T; 3]; 3]);
-
-/// The factors of derivatives in the face's parameters, from those in the piece's; none where they are the same.
+/// The factors of a piece; none where derivatives stay as they are.
 #[inline(always)]
 pub(super) fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
     if pose.is_plain() {
         return None;
     }
-    let (jacobian, second) = (pose.jacobian(split), pose.second(split));
-    let (mut turn, mut bend) = ([[T::default(); 2]; 2], [[T::default(); 3]; 3]);
-    for i in 0..2 {
-        for j in 0..2 {
-            turn[i][j] = T::from_f64(jacobian[i][j]);
-        }
-    }
-    for i in 0..3 {
-        for j in 0..3 {
-            bend[i][j] = T::from_f64(second[i][j]);
-        }
-    }
-    Some((turn, bend))
+    let [u, v] = pose.jacobian(split);
+    Some([[T::from_f64(u[0]), T::from_f64(u[1])], [T::from_f64(v[0]), T::from_f64(v[1])]])
 }
 
 /// A part of a sub-patch of a face.
@@ -54,6 +34,7 @@ pub(super) struct Piece<T> {
     panel: Panel<T>,
     /// What the control points are relative to.
     origin: Part<T>,
+    /// Factors of derivatives.
     turn: Option<Turn<T>>,
     /// What further control points are for; they are in a panel of their own.
     pub fine: Option<Fine>,
@@ -62,14 +43,22 @@ pub(super) struct Piece<T> {
 impl<T: Real> Piece<T> {
     /// That of a face whose ring is given relative to `base`.
     #[inline(always)]
-    pub fn new<S: Simd>(
+    pub fn new<S: Simd, const N: usize>(
         simd: S,
         matrices: &SubPatch<T>,
         turn: Option<Turn<T>>,
         base: Part<T>,
         ring: impl Fn(usize) -> Part<T>,
     ) -> Self {
-        let mut origin = base;
+        let (mut panel, mut origin) = ([[T::default(); LANES]; 4], base);
+        match &matrices.points {
+            ControlPoints::Chosen(chosen) => {
+                for (k, point) in panel.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
+                    *point = ring(usize::from(chosen[k]));
+                }
+            }
+            ControlPoints::Weighted(blocks) => panel = weighted::<T, S, N>(simd, blocks, &ring),
+        }
         if let Some(weights) = &matrices.origin {
             let mut sum = [T::default(); PART];
             for p in 0..weights.len() {
@@ -82,16 +71,6 @@ impl<T: Real> Piece<T> {
                 origin[c] = base[c] + sum[c];
             }
         }
-        let panel = match &matrices.points {
-            ControlPoints::Weighted(blocks) => weighted(simd, blocks, ring),
-            ControlPoints::Chosen(chosen) => {
-                let mut panel = [[T::default(); LANES]; 4];
-                for (k, point) in panel.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
-                    *point = ring(usize::from(chosen[k]));
-                }
-                panel
-            }
-        };
         Self { panel, origin, turn, fine: matrices.fine.as_ref().map(|(fine, _)| *fine) }
     }
 
@@ -117,19 +96,21 @@ impl<T: Real> Piece<T> {
         for c in 0..PART {
             values[0][c] = self.origin[c] + values[0][c];
         }
-        if let Some((turn, bend)) = &self.turn {
+        if let Some([u, v]) = &self.turn {
             if R > 1 {
                 let [s, t] = [values[1], values[2]];
                 for c in 0..PART {
-                    values[1][c] = turn[0][0] * s[c] + turn[0][1] * t[c];
-                    values[2][c] = turn[1][0] * s[c] + turn[1][1] * t[c];
+                    values[1][c] = u[0] * s[c] + u[1] * t[c];
+                    values[2][c] = v[0] * s[c] + v[1] * t[c];
                 }
             }
             if R > 3 {
                 let [ss, st, tt] = [values[3], values[4], values[5]];
-                for r in 0..3 {
+                // Products of powers of two, so exact.
+                for (r, [a, b]) in [[u, u], [u, v], [v, v]].into_iter().enumerate() {
+                    let bend = [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[1] * b[1]];
                     for c in 0..PART {
-                        values[3 + r][c] = bend[r][0] * ss[c] + bend[r][1] * st[c] + bend[r][2] * tt[c];
+                        values[3 + r][c] = bend[0] * ss[c] + bend[1] * st[c] + bend[2] * tt[c];
                     }
                 }
             }
@@ -140,7 +121,7 @@ impl<T: Real> Piece<T> {
 
 /// Control points from their weights over the ring.
 #[inline(always)]
-pub(super) fn weighted<T: Real, S: Simd>(
+pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     simd: S,
     blocks: &[[T; LANES]],
     ring: impl Fn(usize) -> Part<T>,
@@ -148,7 +129,7 @@ pub(super) fn weighted<T: Real, S: Simd>(
     let mut sums = [T::splat(simd, T::default()); PART];
     for p in 0..blocks.len() {
         let (weights, point) = (T::load(simd, &blocks[p]), ring(p));
-        for c in 0..PART {
+        for c in 0..if N < PART { N } else { PART } {
             sums[c] = T::plus(simd, sums[c], T::times(simd, weights, T::splat(simd, point[c])));
         }
     }
@@ -215,12 +196,13 @@ fn bicubic<T: Real, S: Simd, const R: usize, const W: usize>(
 /// Weights of curves at `s`, each four times: those of [`weight`].
 #[inline(always)]
 fn along<T: Real, S: Simd>(simd: S, s: T) -> [T::Block<S>; 3] {
-        let [a, b, c] = WEIGHTS.value;
+    let [a, b, c] = WEIGHTS.value;
     let ([d, e], [f, g]) = (WEIGHTS.slope, WEIGHTS.bend);
     let x: T::Block<S> = fourfold::<T, S>(simd, &WEIGHTS.x[0]);
     let x = T::plus(simd, x, T::times(simd, fourfold::<T, S>(simd, &WEIGHTS.x[1]), T::splat(simd, s)));
-    let linear =
-        |a: &[f64; 4], b: &[f64; 4]| T::plus(simd, fourfold::<T, S>(simd, a), T::times(simd, fourfold::<T, S>(simd, b), x));
+    let linear = |a: &[f64; 4], b: &[f64; 4]| {
+        T::plus(simd, fourfold::<T, S>(simd, a), T::times(simd, fourfold::<T, S>(simd, b), x))
+    };
     [
         T::plus(simd, fourfold::<T, S>(simd, &a), T::times(simd, T::times(simd, x, x), linear(&b, &c))),
         T::times(simd, x, linear(&d, &e)),

@@ -14,6 +14,7 @@
 
 mod compile;
 mod patterns;
+mod place_weights;
 mod sub_patches;
 
 pub(super) use compile::Numbers;

@@ -2,10 +2,10 @@
 //! takes the same way in `f64`.
 
 use super::batch::Exceptional;
-use super::lanes::{Panel, Piece, curves, relative, turns, weighted};
+use super::lanes::{Panel, Piece, curves, turns, weighted};
 use super::plan::{ControlPoints, Plan, Spot, SubPatch};
 use super::{LimitSurface, PatchTable};
-use crate::kernel::{LANES, PART, Part, Parts, put};
+use crate::kernel::{LANES, Lanes, PART, Part, Parts, put};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
 use fearless_simd::{Level, Simd, dispatch};
@@ -227,23 +227,29 @@ impl<T: Real> Sampler<T> {
                 || {
                     for part in 0..N.div_ceil(PART) {
                         let points = Parts::new(surface.points, PART * part);
-                        let base: Part<T> = points.at(ring[0] as usize);
-                        let at = |point: u32| relative(points.at(point as usize), &base);
+                        let base: Part<T> = points.rounded(ring[0] as usize);
                         if let (ControlPoints::Chosen(_), None, None) = (&matrices.points, &matrices.origin, &matrices.fine) {
-                            self.pieces.push(Piece::new(simd, matrices, turn, base, |p| at(ring[p])));
+                            self.pieces.push(Piece::new::<_, N>(
+                                simd,
+                                matrices,
+                                turn,
+                                base,
+                                #[inline(always)]
+                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
+                            ));
                             continue;
                         }
                         let start = part * ring.len();
                         if self.ring.len() == start {
                             for &point in ring {
-                                self.ring.push(at(point));
+                                self.ring.push(T::apart(simd, points.rounded(point as usize), base));
                             }
                         }
                         let gathered = &self.ring[start..start + ring.len()];
-                        self.pieces.push(Piece::new(simd, matrices, turn, base, |p| gathered[p]));
+                        self.pieces.push(Piece::new::<_, N>(simd, matrices, turn, base, #[inline(always)] |p| gathered[p]));
                         if let Some((_, blocks)) = &matrices.fine {
                             self.finer.resize(self.pieces.len() - 1, [[T::default(); LANES]; 4]);
-                            self.finer.push(weighted(simd, blocks, |p| gathered[p]));
+                            self.finer.push(weighted::<T, _, N>(simd, blocks, #[inline(always)] |p| gathered[p]));
                         }
                     }
                 }
@@ -289,23 +295,22 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         [u, v]: [f64; 2],
     ) -> [[f64; N]; R] {
         let (ring, split) = (self.table.ring(patch), self.table.scheme().split());
-        let turn = turns(spot.pose, split);
         let mut row = [[0.0; N]; R];
         plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrices: &SubPatch<f64>| {
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
-                    let across = curves(&[spot.t]);
                     for first in (0..N).step_by(PART) {
                         let points = Parts::new(self.points, first);
-                        let base: Part<f64> = points.at(ring[0] as usize);
-                        let at = |p: usize| relative(points.at(ring[p] as usize), &base);
-                        let piece = Piece::new(simd, matrices, turn, base, at);
-                        let finer = match &matrices.fine {
-                            Some((_, blocks)) => Some(weighted(simd, blocks, at)),
-                            None => None,
-                        };
-                        let values = piece.sample(simd, split, finer.as_ref(), [spot.s, spot.t], (&across, 0));
+                        let base: Part<f64> = points.rounded(ring[0] as usize);
+                        let values = alone(
+                            simd,
+                            (matrices, spot, split),
+                            base,
+                            #[inline(always)]
+                            |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
+                            Components::<N>,
+                        );
                         put::<f64, N, R>(&values, first, &mut row);
                     }
                 }
@@ -313,4 +318,24 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         });
         row
     }
+}
+
+/// How many components values have.
+struct Components<const N: usize>;
+
+/// One sample of a piece whose ring is given relative to `base`.
+#[inline(always)]
+fn alone<S: Simd, const N: usize, const R: usize>(
+    simd: S,
+    (matrices, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
+    base: Part<f64>,
+    ring: impl Fn(usize) -> Part<f64>,
+    _: Components<N>,
+) -> [Part<f64>; R] {
+    let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, &ring);
+    let finer = match &matrices.fine {
+        Some((_, blocks)) => Some(weighted::<f64, _, N>(simd, blocks, &ring)),
+        None => None,
+    };
+    piece.sample(simd, split, finer.as_ref(), [spot.s, spot.t], (&curves(&[spot.t]), 0))
 }

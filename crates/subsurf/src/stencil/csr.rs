@@ -2,9 +2,10 @@
 //! it, and so do the loops that apply weights.
 
 use super::StencilError;
-use crate::kernel::{PART, Part, Parts, put, vectorized};
+use crate::kernel::{PART, Part, Parts, put};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
+use fearless_simd::{Level, Simd, dispatch, f64x4};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -48,14 +49,14 @@ impl Csr {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
-            vectorized(
+            dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for (i, out) in out.iter_mut().enumerate() {
-                        self.row::<W, T, N, K, FIRST_IS_POSITION>(chunk * CHUNK + i, weights, control, out);
+                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, chunk * CHUNK + i, weights, control, out);
                     }
-                },
-            );
+                }
+            ));
         });
     }
 
@@ -70,16 +71,16 @@ impl Csr {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
-            vectorized(
+            dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for &i in rows {
                         let mut row = [[T::default(); N]; K];
-                        self.row::<W, T, N, K, FIRST_IS_POSITION>(i as usize, weights, control, &mut row);
+                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, i as usize, weights, control, &mut row);
                         out(i, row);
                     }
-                },
-            );
+                }
+            ));
         };
         if rows.len() < CHUNK {
             return some(rows, &mut |i, row| out[i as usize] = row);
@@ -98,8 +99,9 @@ impl Csr {
     /// Of `f32` weights and values too: sums in `f32` have twice the error, and not relative to a point eight times the
     /// error, and more away from the origin.
     #[inline(always)]
-    fn row<W: Real, T: Real, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
+    fn row<W: Real, T: Real, S: Simd, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
         &self,
+        simd: S,
         row: usize,
         weights: [&[W]; K],
         control: &[[T; N]],
@@ -118,26 +120,28 @@ impl Csr {
         }
         for first in (0..N).step_by(PART) {
             let points = Parts::new(control, first);
-            let base: Part<f64> = points.at(indices[0] as usize);
+            let base = T::wide(simd, points.at(indices[0] as usize));
             // Two sums side by side, so that additions need not wait for each other.
-            let mut sums = [[[0.0; PART]; K]; 2];
+            let zero = simd.splat_f64x4(0.0);
+            let mut sums = [[zero; K]; 2];
             let even = indices.len() & !1;
             for j in (0..even).step_by(2) {
                 for side in 0..2 {
-                    add::<W, T, N, K>(&mut sums[side], &points, indices[j + side], &base, &own, j + side);
+                    add(simd, &mut sums[side], &points, indices[j + side], base, &own, j + side);
                 }
             }
             if even < indices.len() {
-                add::<W, T, N, K>(&mut sums[0], &points, indices[even], &base, &own, even);
+                add(simd, &mut sums[0], &points, indices[even], base, &own, even);
             }
             let mut parts = [[T::default(); PART]; K];
             for k in 0..K {
+                let mut sum = simd.add_f64x4(sums[0][k], sums[1][k]);
+                if FIRST_IS_POSITION && k == 0 {
+                    sum = simd.add_f64x4(sum, base);
+                }
+                let sum: Part<f64> = sum.into();
                 for c in 0..PART {
-                    let mut sum = sums[0][k][c] + sums[1][k][c];
-                    if FIRST_IS_POSITION && k == 0 {
-                        sum += base[c];
-                    }
-                    parts[k][c] = T::from_f64(sum);
+                    parts[k][c] = T::from_f64(sum[c]);
                 }
             }
             put(&parts, first, out);
@@ -147,39 +151,20 @@ impl Csr {
 
 /// Adds the `j`-th term, the control point `point` relative to `base`, to all sums.
 #[inline(always)]
-fn add<W: Real, T: Real, const N: usize, const K: usize>(
-    sums: &mut [Part<f64>; K],
+fn add<W: Real, T: Real, S: Simd, const N: usize, const K: usize>(
+    simd: S,
+    sums: &mut [f64x4<S>; K],
     points: &Parts<'_, T, N>,
     point: u32,
-    base: &Part<f64>,
+    base: f64x4<S>,
     weights: &[&[W]; K],
     j: usize,
 ) {
-    let point: Part<f64> = points.at(point as usize);
+    let apart = simd.sub_f64x4(T::wide(simd, points.at(point as usize)), base);
     for k in 0..K {
-        let weight = weights[k][j].to_f64();
-        for c in 0..PART {
-            sums[k][c] += weight * (point[c] - base[c]);
-        }
+        let term = simd.mul_f64x4(simd.splat_f64x4(weights[k][j].to_f64()), apart);
+        sums[k] = simd.add_f64x4(sums[k], term);
     }
-}
-
-/// Ends of rows of the given lengths, starting with 0.
-pub(super) fn offsets(
-    lengths: impl Iterator<Item = usize>,
-    rows: usize,
-    most: usize,
-) -> Result<Vec<u32>, StencilError> {
-    let mut out = Vec::with_capacity(rows + 1);
-    let mut end = 0usize;
-    out.push(0);
-    for length in lengths {
-        end += length;
-        // A count that wraps is refused below.
-        out.push(end as u32);
-    }
-    check_count(end, most)?;
-    Ok(out)
 }
 
 /// Refuses more weights than are allowed, or than 32 bits can count.
