@@ -6,6 +6,7 @@ mod bspline;
 mod corner;
 mod deflated;
 mod eigen;
+mod fan_class;
 mod gather;
 mod jet;
 mod lanes;

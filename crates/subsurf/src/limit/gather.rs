@@ -1,8 +1,10 @@
 //! What a patch table holds per patch: which plan, turned how, over which ring. Gathered chunk by chunk, in parallel.
 //!
 //! Most patches are quads with [smooth corners](super::smooth_ring). Their rings are read off the half-edges, straight into
-//! the first part of the list of all rings; the rings of others come from walks round the face, and follow.
+//! the first part of the list of all rings. Of others, the first with certain [fans](super::fan_class) at its corners is walked
+//! round, which tells its plan; further ones take the plan, and their rings are read off the half-edges too.
 
+use super::fan_class::{self, ByFace, FaceKey, FanClasses};
 use super::plan_key::{Key, KeyHasher, Keys, canonical_corner};
 use super::smooth_ring::{self, VALENCES, Valences, is_distinct};
 use crate::index::{Face, Vertex};
@@ -50,10 +52,11 @@ impl Gathered {
         let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
         let (mut ring_start, mut ring) = (vec![0; patches], Vec::with_capacity(size.direct + size.others));
         ring.resize(size.direct, 0);
+        let classes = FanClasses::new(t, &fans);
         let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct: &mut ring };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
         let mut met: Vec<Met> =
-            chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &fans, own)).collect();
+            chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &classes, own)).collect();
 
         let (mut representatives, mut known) = (Vec::new(), Keys::default());
         let mut end = size.direct;
@@ -106,7 +109,7 @@ impl Fan {
     const SMOOTH: u32 = 1 << 31;
 
     /// Those of all vertices.
-    fn all(t: &Topology) -> Vec<Self> {
+    pub fn all(t: &Topology) -> Vec<Self> {
         let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(Vertex);
         let mut fans: Vec<Self> = vertices.map(|v| Self::of(t, v)).collect();
         if t.vertex_non_manifold.contains(&true) {
@@ -257,6 +260,7 @@ impl<'a, 'r> Lists<'a, 'r> {
 struct Scratch {
     walk: Walk,
     around: Surroundings,
+    ring: Vec<u32>,
 }
 
 /// What a chunk needs beyond its part of the tables, plans numbered within the chunk.
@@ -279,8 +283,9 @@ struct Smooth {
 type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
 
 impl Chunk<'_, '_> {
-    fn gather(&mut self, t: &Topology, whole: usize, fans: &[Fan], scratch: &mut Scratch) -> Met {
-        let (mut met, mut known) = (Met::default(), Keys::default());
+    fn gather(&mut self, t: &Topology, whole: usize, classes: &FanClasses<'_>, scratch: &mut Scratch) -> Met {
+        let fans = classes.fans;
+        let (mut met, mut known, mut alike) = (Met::default(), Keys::default(), ByFace::default());
         let mut smooth = SmoothPlans::default();
         smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
         self.read_rings(t, whole, fans, &mut smooth);
@@ -317,14 +322,14 @@ impl Chunk<'_, '_> {
                     continue;
                 }
             }
+            let fans = classes.of_face(t, face);
             for subface in starts {
-                let start = if sides == whole { canonical_corner(t, face) } else { subface };
-                let plan = met.walk(t, face, start, &mut known, scratch);
+                let (plan, start) = met.patch(t, face, subface, sides == whole, fans, &mut known, &mut alike, scratch);
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
                 self.turn[patch] = if sides == whole { start as u8 } else { 0 };
                 self.start[patch] = met.ring.len() as u32;
-                met.ring.extend_from_slice(&scratch.around.ring);
+                met.ring.extend_from_slice(&scratch.ring);
                 patch += 1;
             }
         }
@@ -352,7 +357,57 @@ impl Chunk<'_, '_> {
     }
 }
 
+/// What the fans at the corners of a face say, from a certain corner on: at how many corners further walks start, and the plan.
+#[derive(Clone, Copy)]
+struct Alike {
+    start: usize,
+    plan: u32,
+}
+
 impl Met {
+    /// The plan of a patch, and the corner that its walk starts at; its ring is left in `scratch`.
+    #[allow(clippy::too_many_arguments)]
+    fn patch(
+        &mut self,
+        t: &Topology,
+        face: Face,
+        subface: usize,
+        is_whole: bool,
+        fans: Option<FaceKey>,
+        known: &mut Keys,
+        alike: &mut ByFace<Alike>,
+        scratch: &mut Scratch,
+    ) -> (u32, usize) {
+        let sides = t.sides(face);
+        let fans = fans.map(|fans| match is_whole {
+            true => fan_class::least(&fans),
+            false => (fan_class::turned(&fans, subface), subface, sides),
+        });
+        if let Some((fans, turn, period)) = fans
+            && let Some(&Alike { start, plan }) = alike.get(&fans)
+        {
+            // Of corners that look the same the first one.
+            let start = (turn + start) % period;
+            fan_class::read(t, face, start, &mut scratch.ring);
+            if scratch.ring.len() <= smooth_ring::MOST && is_distinct(&scratch.ring) {
+                debug_assert_eq!(self.walk(t, face, start, known, scratch), plan);
+                debug_assert_eq!(scratch.around.ring, scratch.ring);
+                return (plan, start);
+            }
+        }
+        let start = if is_whole { canonical_corner(t, face) } else { subface };
+        let plan = self.walk(t, face, start, known, scratch);
+        if let Some((fans, turn, _)) = fans {
+            fan_class::read(t, face, start, &mut scratch.ring);
+            if scratch.ring == scratch.around.ring {
+                alike.insert(fans, Alike { start: (start + sides - turn) % sides, plan });
+                return (plan, start);
+            }
+        }
+        scratch.ring.clone_from(&scratch.around.ring);
+        (plan, start)
+    }
+
     /// Walks round a face from corner `start`, and finds or makes the plan's number.
     fn walk(&mut self, t: &Topology, face: Face, start: usize, known: &mut Keys, scratch: &mut Scratch) -> u32 {
         let around = &mut scratch.around;

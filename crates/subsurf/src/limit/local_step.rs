@@ -96,7 +96,13 @@ pub(crate) fn child_vertex(t: &Topology, scheme: Scheme, v: u32, term: &mut dyn 
 }
 
 /// The same with memory for the mask.
-pub(crate) fn child_vertex_by(t: &Topology, scheme: Scheme, v: u32, mask: &mut Mask, term: &mut dyn FnMut(u32, f64)) {
+pub(crate) fn child_vertex_by(
+    t: &Topology,
+    scheme: Scheme,
+    v: u32,
+    mask: &mut Mask,
+    term: &mut (impl FnMut(u32, f64) + ?Sized),
+) {
     mask.clear();
     let vertices = t.vertex_count() as u32;
     let faces = if scheme.split() == SplitKind::Quads { t.face_count() as u32 } else { 0 };
@@ -116,7 +122,7 @@ pub(crate) fn child_vertex_by(t: &Topology, scheme: Scheme, v: u32, mask: &mut M
 
 /// The mesh of one special vertex: its faces, and the outer layer round face `i`. Vertices come in canonical order,
 /// then those that only close the mesh. Returns the number of ring points too.
-fn quad_neighbourhood(Corner { kind, n, i, .. }: Corner) -> (ControlMesh, usize) {
+pub(super) fn quad_neighbourhood(Corner { kind, n, i, .. }: Corner) -> (ControlMesh, usize) {
     let closed = kind.is_closed();
     let spokes = if closed { n } else { n + 1 };
     let spoke = |j: u32| 1 + 2 * (j % spokes);

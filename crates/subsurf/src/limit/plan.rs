@@ -13,8 +13,11 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod fan;
+mod fan_mesh;
 mod patterns;
 mod place_weights;
+mod refined_points;
 mod sub_patches;
 
 pub(super) use compile::Numbers;
@@ -29,7 +32,7 @@ use super::special::{AtVertex, Method, PointWeights, SpecialVertex};
 use super::triangle_crease::TriangleCrease;
 use super::turn::{turn_back_quad, turn_back_triangle, turned};
 use crate::scheme::SplitKind;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex};
 pub(crate) use sub_patches::{ControlPoints, Fine, Pose, Spot, SubPatch, SubPatches};
 
@@ -107,7 +110,7 @@ enum Body {
 /// One step of refinement.
 struct Split {
     /// The refined points that some child needs, over those of the node.
-    points: Rows,
+    points: Points,
     /// All four, or of a face that is no quad the sub-face at the first corner, which has the same parameters.
     children: Vec<Child>,
     /// What ends the way along a boundary that is kept linear.
@@ -120,7 +123,13 @@ struct Child {
     /// Which corner of the child is the node's corner 0.
     turn: u8,
     /// The child's control points among the refined points.
-    ring: Box<[u32]>,
+    ring: Arc<[u32]>,
+}
+
+/// Rows of refined points, the first of which nodes may share.
+struct Points {
+    shared: Option<Arc<Rows>>,
+    own: Rows,
 }
 
 struct Leaf {
@@ -171,12 +180,18 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
-        let child = |child: &Child| size_of::<Child>() + size_of_val(&child.ring[..]);
+        // What nodes share is counted once.
+        let mut met = HashSet::new();
+        let mut once = |of: *const u8, bytes: usize| if met.insert(of) { bytes } else { 0 };
         let body = |node: &Node| match &node.body {
             Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
             Body::Split(split) => {
                 let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
-                size_of::<Split>() + split.points.bytes() + split.children.iter().map(child).sum::<usize>() + ends
+                let shared =
+                    split.points.shared.as_ref().map_or(0, |rows| once(Arc::as_ptr(rows).cast(), rows.bytes()));
+                let rings = split.children.iter().map(|c| once(c.ring.as_ptr().cast(), size_of_val(&c.ring[..])));
+                let children = size_of_val(&split.children[..]) + rings.sum::<usize>();
+                size_of::<Split>() + split.points.own.bytes() + shared + children + ends
             }
         };
         self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..]) + size_of_val(&self.plans[..])
@@ -356,6 +371,25 @@ impl<'a> Plan<'a> {
         match &self.root().body {
             Body::Leaf(leaf) if self.is_regular() && self.plans.split == SplitKind::Quads => Some(&leaf.points),
             _ => None,
+        }
+    }
+}
+
+impl Points {
+    fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        match &self.shared {
+            Some(shared) if i < shared.len() => shared.row(i),
+            Some(shared) => self.own.row(i - shared.len()),
+            None => self.own.row(i),
+        }
+    }
+
+    /// `out += left · rows`, a row vector over some of the points from the left.
+    fn left_multiply_some(&self, left: &[f64], rows: &[u32], out: &mut [f64]) {
+        for (&i, &w) in rows.iter().zip(left) {
+            if w != 0.0 {
+                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
+            }
         }
     }
 }

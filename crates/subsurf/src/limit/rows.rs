@@ -65,15 +65,6 @@ impl Rows {
         }
     }
 
-    /// The same where `left` is over some of the rows.
-    pub fn left_multiply_some(&self, left: &[f64], rows: &[u32], out: &mut [f64]) {
-        for (&i, &w) in rows.iter().zip(left) {
-            if w != 0.0 {
-                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
-            }
-        }
-    }
-
     /// All entries, row-major.
     pub fn dense(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.len() * self.columns];
@@ -93,40 +84,42 @@ impl Rows {
 #[derive(Default)]
 pub(crate) struct Accumulator {
     sum: Vec<f64>,
-    used: Vec<bool>,
-    touched: Vec<u32>,
+    /// A bit per column that was added to.
+    used: Vec<u64>,
 }
 
 impl Accumulator {
     pub fn new(columns: usize) -> Self {
-        Self { sum: vec![0.0; columns], used: vec![false; columns], touched: Vec::new() }
+        let mut new = Self::default();
+        new.widen(columns);
+        new
     }
 
     /// Makes room for `columns` points. Nothing may have been added.
     pub fn widen(&mut self, columns: usize) {
         if columns > self.sum.len() {
             self.sum.resize(columns, 0.0);
-            self.used.resize(columns, false);
+            self.used.resize(columns.div_ceil(64), 0);
         }
     }
 
+    #[inline]
     pub fn add(&mut self, column: u32, weight: f64) {
-        let c = column as usize;
-        if !self.used[c] {
-            self.used[c] = true;
-            self.touched.push(column);
-        }
-        self.sum[c] += weight;
+        self.used[column as usize / 64] |= 1 << (column % 64);
+        self.sum[column as usize] += weight;
     }
 
     /// Hands over the terms added since the last call, ascending; zeros are dropped.
+    #[inline]
     pub fn drain(&mut self, mut term: impl FnMut(u32, f64)) {
-        self.touched.sort_unstable();
-        for c in self.touched.drain(..) {
-            let w = std::mem::take(&mut self.sum[c as usize]);
-            self.used[c as usize] = false;
-            if w != 0.0 {
-                term(c, w);
+        for (word, bits) in self.used.iter_mut().enumerate() {
+            while *bits != 0 {
+                let column = 64 * word as u32 + bits.trailing_zeros();
+                *bits &= *bits - 1;
+                let w = std::mem::take(&mut self.sum[column as usize]);
+                if w != 0.0 {
+                    term(column, w);
+                }
             }
         }
     }

@@ -48,6 +48,11 @@ impl Cutter {
         cutter.take()
     }
 
+    /// The last topology.
+    pub fn cut(&self) -> &Topology {
+        &self.cut
+    }
+
     /// Gives away the last topology.
     pub fn take(&mut self) -> Topology {
         std::mem::replace(&mut self.cut, empty())

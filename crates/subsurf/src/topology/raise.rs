@@ -40,6 +40,11 @@ impl Lowest {
         Self(if is_movable { lowest_semi_sharpness(t, face) } else { None })
     }
 
+    /// The lowest of these that is finite.
+    pub fn among(sharpness: impl Iterator<Item = f64>) -> Self {
+        Self(sharpness.filter(|&s| is_semi_sharp(s)).reduce(f64::min))
+    }
+
     /// See [`excess`].
     pub fn excess(self) -> u8 {
         self.0.map_or(0, |s| s.ceil() as u8 - 1)

@@ -27,6 +27,12 @@ impl SharpnessColumn {
         self.code.len()
     }
 
+    /// A number that elements of equal sharpness share; `u8::MAX` for those whose sharpness is one of very many.
+    #[inline]
+    pub fn code(&self, i: usize) -> u8 {
+        self.code[i]
+    }
+
     #[inline]
     pub fn get(&self, i: usize) -> f64 {
         match self.code[i] {

@@ -5,20 +5,22 @@ use super::super::corner::{
     Corner, Kind, corner, grid_points, has_finite_sharpness, is_finite_sharpness, special_points,
 };
 use super::super::linear_boundary::{LinearEnds, has_side};
-use super::super::local_step::child_vertex_by;
 use super::super::plan_key::{Key, Keys, canonical_corner_lowered};
-use super::super::rows::{Accumulator, Combination, Rows};
+use super::super::rows::{Combination, Rows};
 use super::super::triangle_crease::TriangleCrease;
 use super::super::triangle_points;
+use super::fan::{CornerFan, has_fans};
+use super::fan_mesh::FanMeshes;
+use super::refined_points::RefinedPoints;
 use super::sub_patches::SubPatches;
-use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, SpecialVertices, Split};
+use super::{Body, Child, Leaf, LeafShape, Link, Node, Plans, Points, SpecialVertices, Split};
 use crate::index::{Edge, Face, HalfEdge};
 use crate::limit::patch_table::Start;
-use crate::mask::Mask;
 use crate::refine::{NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
-use crate::topology::{Around, Cutter, Interpolation, Lowest, NONE, Surroundings, Tables, Topology, Walk};
+use crate::topology::{Around, Cutter, Interpolation, Lowest, Surroundings, Tables, Topology, Walk};
 use rayon::prelude::*;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 /// More generations than any surroundings need: each drops one of at most ten different whole parts of sharpness or tells
@@ -41,7 +43,6 @@ impl Plans {
         specials: &SpecialVertices,
         numbers: &mut Numbers,
     ) {
-        let compiler = Compiler { mesh, scheme, specials };
         let known = &numbers.known;
         let starts: Vec<MadeLink> = places
             .par_iter()
@@ -49,18 +50,19 @@ impl Plans {
                 let raise = Lowest::of(mesh, Face(face)).raise();
                 let place = Place { face: Face(face), start: corner, raise: raise as i8 };
                 around.go(mesh, place);
-                link(&around.list, place, raise, known)
+                link(&around.list.key, Some(place), raise, known)
             })
             .collect();
+        numbers.known.reserve(4 * starts.len());
         self.plans.extend(starts.into_iter().map(|start| numbers.link(start, None)));
         for _ in 0..DEEPEST {
-            numbers.known.reserve(numbers.open.len());
             let open = std::mem::take(&mut numbers.open);
             if open.is_empty() {
                 self.parts.grow(self.plans.len());
                 return;
             }
             let known = &numbers.known;
+            let compiler = Compiler { mesh, fan_meshes: &numbers.fan_meshes, scheme, specials };
             let made: Vec<Made> =
                 open.par_iter().map_init(Scratch::default, |s, open| compiler.node(open, known, s)).collect();
             // Nodes lie in the order in which their keys got their numbers.
@@ -93,10 +95,12 @@ struct Place {
     raise: i8,
 }
 
-/// A node that is to be made: of a face of the mesh, or of the level below a cut-out.
-struct Open {
-    parent: Option<Arc<Parent>>,
-    place: Place,
+/// A node that is to be made.
+enum Open {
+    /// Of a face of the mesh, or of the level below a cut-out.
+    Face { parent: Option<Arc<Parent>>, place: Place },
+    /// Of a fan.
+    Fan(CornerFan),
 }
 
 /// A cut-out, and the half-edges of the level below.
@@ -107,7 +111,8 @@ struct Parent {
 
 /// Where a child or a plan leads to.
 struct MadeLink {
-    place: Place,
+    /// Where the node's surroundings are, if they do not follow from its key.
+    place: Option<Place>,
     /// What remains of the raise at the node.
     raise: u8,
     node: MadeNode,
@@ -125,6 +130,7 @@ pub(in crate::limit) struct Numbers {
     known: Keys,
     /// Numbered, but not made yet.
     open: Vec<Open>,
+    fan_meshes: FanMeshes,
 }
 
 impl Numbers {
@@ -132,10 +138,16 @@ impl Numbers {
         let next = self.known.len() as u32;
         let node = match node {
             MadeNode::Known(node) => node,
-            MadeNode::New(key) => *self.known.entry(key).or_insert_with(|| {
-                self.open.push(Open { parent: parent.cloned(), place });
-                next
-            }),
+            MadeNode::New(key) => match self.known.entry(key) {
+                Entry::Occupied(node) => *node.get(),
+                Entry::Vacant(empty) => {
+                    self.open.push(match place {
+                        Some(place) => Open::Face { parent: parent.cloned(), place },
+                        None => Open::Fan(CornerFan::of_key(empty.key()).expect("a fan's key")),
+                    });
+                    *empty.insert(next)
+                }
+            },
         };
         Link { node, raise }
     }
@@ -152,7 +164,7 @@ enum MadeBody {
     /// The surroundings, where some child has a new key, and all four children or the first alone.
     Split {
         parent: Option<Arc<Parent>>,
-        points: Rows,
+        points: Points,
         children: Vec<MadeChild>,
         ends: Option<LinearEnds>,
     },
@@ -164,7 +176,7 @@ struct MadeChild {
     /// From the node raised by 1, where that leads to another node.
     high: Option<MadeLink>,
     turn: u8,
-    ring: Box<[u32]>,
+    ring: Arc<[u32]>,
 }
 
 impl MadeChild {
@@ -180,6 +192,8 @@ struct Scratch {
     cutter: Cutter,
     points: RefinedPoints,
     half_edges: NextHalfEdges,
+    fan: CornerFan,
+    list: Vec<u32>,
 }
 
 /// A walk, and the surroundings that it met.
@@ -202,6 +216,7 @@ impl Walked {
 
 struct Compiler<'a> {
     mesh: &'a Topology,
+    fan_meshes: &'a FanMeshes,
     scheme: Scheme,
     specials: &'a SpecialVertices,
 }
@@ -209,20 +224,35 @@ struct Compiler<'a> {
 impl Compiler<'_> {
     fn node(&self, open: &Open, known: &Keys, scratch: &mut Scratch) -> Made {
         let split = self.scheme.split();
-        let Scratch { around, cutter, points, half_edges } = scratch;
-        match &open.parent {
-            None => around.cut_out(self.mesh, open.place, cutter),
+        let (parent, place) = match open {
+            Open::Fan(fan) => return self.fan_mesh(fan, known, scratch),
+            Open::Face { parent, place } => (parent, *place),
+        };
+        let Scratch { around, cutter, .. } = scratch;
+        match parent {
+            None => around.cut_out(self.mesh, place, cutter),
             Some(parent) => {
-                around.cut_out(&NextLevel::new(&parent.cut, split, &parent.half_edges), open.place, cutter);
+                around.cut_out(&NextLevel::new(&parent.cut, split, &parent.half_edges), place, cutter);
             }
         }
-        let t = cutter.take();
+        let t = cutter.cut();
         let ring = t.vertex_count();
-        let is_patch = t.sides(Face(0)) == self.scheme.patch_sides();
-        if let Some(leaf) = is_patch.then(|| self.leaf(&t)).flatten() {
-            cutter.give_back(t);
+        let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
+        let is_patch = own.len() == self.scheme.patch_sides();
+        if let Some(leaf) = is_patch.then(|| self.leaf(t, &own)).flatten() {
             return Made { ring, body: MadeBody::Leaf(leaf) };
         }
+        if has_fans(t, &own, self.scheme) {
+            return Made { ring, body: self.split_into_fans(&own, known, scratch) };
+        }
+        Made { ring, body: self.split(is_patch, known, scratch) }
+    }
+
+    /// The step from a face that was cut out to its children, which are met by walks.
+    fn split(&self, is_patch: bool, known: &Keys, scratch: &mut Scratch) -> MadeBody {
+        let split = self.scheme.split();
+        let Scratch { around, cutter, points, half_edges, .. } = scratch;
+        let t = cutter.take();
         half_edges.list(&t, split);
         let next = NextLevel::new(&t, split, half_edges);
         points.clear(&t, next.vertex_count());
@@ -234,19 +264,19 @@ impl Compiler<'_> {
             let turn = canonical_corner_lowered(&next, face, lowest.excess());
             let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
             around.go(&next, place);
-            let low = link(&around.list, place, lowest.raise(), known);
+            let low = link(&around.list.key, Some(place), lowest.raise(), known);
             let ring = around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)).collect();
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
             let has_lowest = can_rise && lowest.ends();
             let high = has_lowest.then(|| {
                 around.list.lower(-1);
-                link(&around.list, Place { raise: -1, ..place }, 0, known)
+                link(&around.list.key, Some(Place { raise: -1, ..place }), 0, known)
             });
             MadeChild { low, high, turn: turn as u8, ring }
         });
         let children: Vec<MadeChild> = children.collect();
-        let points = points.rows.clone();
+        let points = Points { shared: None, own: points.rows().clone() };
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
         let parent = if children.iter().any(MadeChild::is_new) {
             Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
@@ -254,18 +284,59 @@ impl Compiler<'_> {
             cutter.give_back(t);
             None
         };
-        Made { ring, body: MadeBody::Split { parent, points, children, ends } }
+        MadeBody::Split { parent, points, children, ends }
     }
 
-    /// The leaf that covers face 0 of `t`, if one does.
-    fn leaf(&self, t: &Topology) -> Option<Leaf> {
-        let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
+    /// The node of a fan.
+    fn fan_mesh(&self, fan: &CornerFan, known: &Keys, scratch: &mut Scratch) -> Made {
+        self.fan_meshes.with(fan, |mesh| {
+            let (t, own) = (&mesh.topology, &mesh.own);
+            let body = match self.leaf(t, own) {
+                Some(leaf) => MadeBody::Leaf(leaf),
+                None => {
+                    let points = mesh.points(&mut scratch.points);
+                    let children = (0..4).map(|c| {
+                        scratch.fan.below(t, own[c], None);
+                        fan_child(&scratch.fan, fan.lowest(), c, mesh.ring(c), known, &mut scratch.list)
+                    });
+                    MadeBody::Split { parent: None, children: children.collect(), points, ends: None }
+                }
+            };
+            Made { ring: t.vertex_count(), body }
+        })
+    }
+
+    /// The step from a quad that was cut out to the fans at its corners.
+    fn split_into_fans(&self, own: &[HalfEdge], known: &Keys, scratch: &mut Scratch) -> MadeBody {
+        let Scratch { cutter, points, fan, list, .. } = scratch;
+        let t = cutter.cut();
+        points.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
+        let lowest = Lowest::of(t, t.face(own[0]));
+        let children = own.iter().enumerate().map(|(c, &h)| {
+            list.clear();
+            fan.below(t, h, Some(list));
+            let ring = list.iter().map(|&v| points.row(t, self.scheme, v)).collect();
+            fan_child(fan, lowest, c, ring, known, list)
+        });
+        let children = children.collect();
+        MadeBody::Split {
+            parent: None,
+            children,
+            points: Points { shared: None, own: points.rows().clone() },
+            ends: None,
+        }
+    }
+
+    /// The leaf that covers the face of `t` with these half-edges, if one does.
+    fn leaf(&self, t: &Topology, own: &[HalfEdge]) -> Option<Leaf> {
         let split = self.scheme.split();
         if self.scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear {
             let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
             return Some(make(t, LeafShape::Linear, corners, Vec::new()));
         }
-        if has_side(t, Face(0)) || (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides()) {
+        if has_side(t, t.face(own[0]))
+            || (0..t.face_count() as u32).any(|f| t.sides(Face(f)) != self.scheme.patch_sides())
+        {
             return None;
         }
         let mut creases = Vec::new();
@@ -274,9 +345,9 @@ impl Compiler<'_> {
                 return None;
             }
             if split == SplitKind::Quads {
-                return single_crease(t, &own);
+                return single_crease(t, own);
             }
-            creases = TriangleCrease::all(t, &own)?;
+            creases = TriangleCrease::all(t, own)?;
         }
         let special: Vec<(usize, Corner)> = own
             .iter()
@@ -306,42 +377,31 @@ impl Compiler<'_> {
     }
 }
 
-/// Points of the next level over a node's points, each made when it is first asked for.
-#[derive(Default)]
-struct RefinedPoints {
-    rows: Rows,
-    /// Row of every refined vertex, or [`NONE`].
-    known: Vec<u32>,
-    sum: Accumulator,
-    mask: Mask,
+/// Child `c` of a quad, at whose corner `c` the fan `fan` lies; `lowest` is the lowest finite sharpness round the quad. See
+/// [`Compiler::node`] for the two links.
+fn fan_child(
+    fan: &CornerFan,
+    lowest: Lowest,
+    c: usize,
+    ring: Arc<[u32]>,
+    known: &Keys,
+    key: &mut Vec<u32>,
+) -> MadeChild {
+    let below = fan.lowest();
+    fan.key(below.raise() as i8, key);
+    let low = link(key, None, below.raise(), known);
+    let high = (lowest.excess() > 0 && below.ends()).then(|| {
+        fan.key(-1, key);
+        link(key, None, 0, known)
+    });
+    MadeChild { low, high, turn: c as u8, ring }
 }
 
-impl RefinedPoints {
-    /// Forgets all points, for those of a level of `refined` vertices below `parent`.
-    fn clear(&mut self, parent: &Topology, refined: usize) {
-        self.rows.clear(parent.vertex_count());
-        self.known.clear();
-        self.known.resize(refined, NONE);
-        self.sum.widen(parent.vertex_count());
-    }
-
-    fn row(&mut self, parent: &Topology, scheme: Scheme, v: u32) -> u32 {
-        let Self { rows, known, sum, mask } = self;
-        let row = &mut known[v as usize];
-        if *row == NONE {
-            child_vertex_by(parent, scheme, v, mask, &mut |p, w| sum.add(p, w));
-            rows.push(sum);
-            *row = rows.len() as u32 - 1;
-        }
-        *row
-    }
-}
-
-/// What leads to the node of `around`, which is at `place`, raised by `raise`.
-fn link(around: &Surroundings, place: Place, raise: u8, known: &Keys) -> MadeLink {
-    let node = match known.get(&around.key[..]) {
+/// What leads to the node of a key, raised by `raise`.
+fn link(key: &[u32], place: Option<Place>, raise: u8, known: &Keys) -> MadeLink {
+    let node = match known.get(key) {
         Some(&node) => MadeNode::Known(node),
-        None => MadeNode::New(around.key[..].into()),
+        None => MadeNode::New(key.into()),
     };
     MadeLink { place, raise, node }
 }

@@ -13,7 +13,6 @@
 use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners};
 use crate::kernel::LANES;
 use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
-use crate::limit::rows::Rows;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
 use crate::limit::turn::turn_all;
@@ -411,10 +410,10 @@ impl<'a> Plan<'a> {
         let End::Leaf(leaf) = end else { unreachable!("the ends of linear boundaries have no pieces") };
         let over_ring = |local: Vec<[f64; LANES]>| {
             let mut blocks = vec![[0.0; LANES]; last.ring];
-            multiply(&local, 0..local.len(), &leaf.points, &mut blocks);
+            multiply(&local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
             for &(ring, split, child) in way.iter().rev() {
                 let mut above = vec![[0.0; LANES]; ring];
-                multiply(&blocks, child.ring.iter().map(|&row| row as usize), &split.points, &mut above);
+                multiply(&blocks, child.ring.iter().map(|&row| row as usize), |i| split.points.row(i), &mut above);
                 blocks = above;
             }
             blocks
@@ -511,9 +510,14 @@ fn lanes(rows: &[Vec<f64>]) -> Vec<[f64; LANES]> {
 }
 
 /// `out += leftᵀ · rows`, the row of each block by its index.
-fn multiply(left: &[[f64; LANES]], index: impl IntoIterator<Item = usize>, rows: &Rows, out: &mut [[f64; LANES]]) {
+fn multiply<R: Iterator<Item = (u32, f64)>>(
+    left: &[[f64; LANES]],
+    index: impl IntoIterator<Item = usize>,
+    row: impl Fn(usize) -> R,
+    out: &mut [[f64; LANES]],
+) {
     for (block, i) in left.iter().zip(index) {
-        for (c, w) in rows.row(i) {
+        for (c, w) in row(i) {
             out[c as usize].iter_mut().zip(block).for_each(|(o, x)| *o += x * w);
         }
     }
