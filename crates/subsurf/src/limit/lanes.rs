@@ -48,7 +48,7 @@ impl<T: Real> Piece<T> {
         matrices: &SubPatch<T>,
         turn: Option<Turn<T>>,
         base: Part<T>,
-        ring: impl Fn(usize) -> Part<T>,
+        ring: impl Fn(usize) -> Part<T> + Copy,
     ) -> Self {
         let (mut panel, mut origin) = ([[T::default(); LANES]; 4], base);
         match &matrices.points {
@@ -57,7 +57,7 @@ impl<T: Real> Piece<T> {
                     *point = ring(usize::from(chosen[k]));
                 }
             }
-            ControlPoints::Weighted(blocks) => panel = weighted::<T, S, N>(simd, blocks, &ring),
+            ControlPoints::Weighted(blocks) => panel = weighted::<T, S, N>(simd, blocks, ring),
         }
         if let Some(weights) = &matrices.origin {
             let mut sum = [T::default(); PART];
@@ -124,7 +124,7 @@ impl<T: Real> Piece<T> {
 pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     simd: S,
     blocks: &[[T; LANES]],
-    ring: impl Fn(usize) -> Part<T>,
+    ring: impl Fn(usize) -> Part<T> + Copy,
 ) -> Panel<T> {
     let mut sums = [T::splat(simd, T::default()); PART];
     for p in 0..blocks.len() {

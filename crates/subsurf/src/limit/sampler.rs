@@ -329,12 +329,12 @@ fn alone<S: Simd, const N: usize, const R: usize>(
     simd: S,
     (matrices, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
     base: Part<f64>,
-    ring: impl Fn(usize) -> Part<f64>,
+    ring: impl Fn(usize) -> Part<f64> + Copy,
     _: Components<N>,
 ) -> [Part<f64>; R] {
-    let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, &ring);
+    let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, ring);
     let finer = match &matrices.fine {
-        Some((_, blocks)) => Some(weighted::<f64, _, N>(simd, blocks, &ring)),
+        Some((_, blocks)) => Some(weighted::<f64, _, N>(simd, blocks, ring)),
         None => None,
     };
     piece.sample(simd, split, finer.as_ref(), [spot.s, spot.t], (&curves(&[spot.t]), 0))
