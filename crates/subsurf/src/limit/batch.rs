@@ -1,5 +1,4 @@
-//! Many locations at once: samples of one face share its control points, samples of one sub-patch fill the lanes of
-//! vector instructions.
+//! Many locations at once: samples of one face share its control points, samples of one sub-patch its sixteen points.
 //!
 //! A row is what [`LimitSurface::eval`] gives, with sums in the precision of the control points instead of `f64`. It has
 //! the same bits in any batch, in any order, on any number of threads.
@@ -168,8 +167,6 @@ impl<T: Real> Chunk<T> {
         for pair in locations.windows(2) {
             changes += usize::from(!is_same(&pair[0], &pair[1]));
         }
-        // What another batch left may be of other points.
-        sampler.forget();
         if 4 * changes <= locations.len() {
             let mut start = 0;
             for run in locations.chunk_by(is_same) {

@@ -65,11 +65,6 @@ impl<T: Real> Sampler<T> {
         all
     }
 
-    /// Leaves the patch.
-    pub fn forget(&mut self) {
-        self.patch = usize::MAX;
-    }
-
     /// Goes to a patch, or stays there.
     #[inline]
     pub fn meet(&mut self, patch: usize) {
@@ -303,15 +298,14 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
                     for first in (0..N).step_by(PART) {
                         let points = Parts::new(self.points, first);
                         let base: Part<f64> = points.rounded(ring[0] as usize);
-                        let values = alone(
+                        let values = alone::<_, N, R>(
                             simd,
                             (matrices, spot, split),
                             base,
                             #[inline(always)]
                             |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
-                            Components::<N>,
                         );
-                        put::<f64, N, R>(&values, first, &mut row);
+                        put(&values, first, &mut row);
                     }
                 }
             ));
@@ -320,9 +314,6 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     }
 }
 
-/// How many components values have.
-struct Components<const N: usize>;
-
 /// One sample of a piece whose ring is given relative to `base`.
 #[inline(always)]
 fn alone<S: Simd, const N: usize, const R: usize>(
@@ -330,7 +321,6 @@ fn alone<S: Simd, const N: usize, const R: usize>(
     (matrices, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
     base: Part<f64>,
     ring: impl Fn(usize) -> Part<f64> + Copy,
-    _: Components<N>,
 ) -> [Part<f64>; R] {
     let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, ring);
     let finer = match &matrices.fine {
