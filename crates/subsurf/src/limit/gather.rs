@@ -40,7 +40,7 @@ impl Gathered {
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
     pub fn new(t: &Topology, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
-        let fans = Fan::all(t);
+        let fans = Fans::new(t);
         let patches = face_patch[t.face_count()] as usize;
         let sizes: Vec<Size> = (0..t.face_count().div_ceil(CHUNK))
             .into_par_iter()
@@ -50,10 +50,15 @@ impl Gathered {
         size.check(patches)?;
 
         let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
-        let (mut ring_start, mut ring) = (vec![0; patches], Vec::with_capacity(size.direct + size.others));
-        ring.resize(size.direct, 0);
+        // Memory that comes zeroed costs nothing until threads write to it.
+        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
         let classes = FanClasses::new(t, &fans);
-        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct: &mut ring };
+        let lists = Lists {
+            plan: &mut patch_plan,
+            turn: &mut patch_turn,
+            start: &mut ring_start,
+            direct: &mut ring[..size.direct],
+        };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
         let mut met: Vec<Met> =
             chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &classes, own)).collect();
@@ -105,30 +110,36 @@ fn faces_of(t: &Topology, chunk: usize) -> Range<usize> {
 #[derive(Clone, Copy)]
 pub(super) struct Fan(u32);
 
-impl Fan {
-    const SMOOTH: u32 = 1 << 31;
+/// Those of all vertices.
+pub(super) struct Fans {
+    all: Vec<Fan>,
+    /// See [`Fan::smooth_valence`]; 0 where there is none. Small, since every face asks for it several times.
+    pub valence: Vec<u8>,
+}
 
-    /// Those of all vertices.
-    pub fn all(t: &Topology) -> Vec<Self> {
+impl Fans {
+    pub fn new(t: &Topology) -> Self {
         let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(Vertex);
-        let mut fans: Vec<Self> = vertices.map(|v| Self::of(t, v)).collect();
+        let mut all: Vec<Fan> = vertices.map(|v| Fan::of(t, v)).collect();
         if t.vertex_non_manifold.contains(&true) {
             // There are faces beyond the fan.
-            t.vertex_non_manifold
-                .iter()
-                .zip(&mut fans)
-                .filter(|(non_manifold, _)| **non_manifold)
-                .for_each(|f| *f.1 = Self(0));
+            let pairs = t.vertex_non_manifold.iter().zip(&mut all);
+            pairs.filter(|(non_manifold, _)| **non_manifold).for_each(|fan| *fan.1 = Fan(0));
             for f in (0..t.face_count()).map(Face::new) {
                 for &v in t.face_vertices(f) {
                     if t.vertex_non_manifold[v as usize] {
-                        fans[v as usize].0 += t.sides(f) as u32 - 1;
+                        all[v as usize].0 += t.sides(f) as u32 - 1;
                     }
                 }
             }
         }
-        fans
+        let valence = all.iter().map(|fan| fan.smooth_valence().unwrap_or(0)).collect();
+        Self { all, valence }
     }
+}
+
+impl Fan {
+    const SMOOTH: u32 = 1 << 31;
 
     /// The fan that starts at the vertex' leading half-edge.
     #[inline]
@@ -173,17 +184,17 @@ struct Size {
 const MOST_RING_POINTS: usize = 1 << 28;
 
 impl Size {
-    fn of(t: &Topology, whole: usize, fans: &[Fan], face: Face) -> Self {
+    fn of(t: &Topology, whole: usize, fans: &Fans, face: Face) -> Self {
         let corners = t.face_vertices(face);
         if t.is_hole(face) {
             return Self::default();
         }
-        if let Some(valences) = valences(whole, fans, corners) {
+        if let Some(valences) = valences(whole, &fans.valence, corners) {
             return Self { direct: smooth_ring::points(valences), others: 0 };
         }
         // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
         let own = corners.len();
-        let beyond = |&v: &u32| (fans[v as usize].points() + 2).saturating_sub(own);
+        let beyond = |&v: &u32| (fans.all[v as usize].points() + 2).saturating_sub(own);
         let ring = own + corners.iter().map(beyond).sum::<usize>();
         Self { direct: 0, others: if own == whole { ring } else { own * ring } }
     }
@@ -207,11 +218,10 @@ impl std::iter::Sum for Size {
 
 /// Valences of a quad whose ring is read directly.
 #[inline]
-fn valences(whole: usize, fans: &[Fan], corners: &[u32]) -> Option<Valences> {
+fn valences(whole: usize, valence: &[u8], corners: &[u32]) -> Option<Valences> {
     let &[a, b, c, d] = corners else { return None };
-    let valence = |v: u32| fans[v as usize].smooth_valence();
-    (whole == 4).then_some(())?;
-    Some([valence(a)?, valence(b)?, valence(c)?, valence(d)?])
+    let all = [a, b, c, d].map(|v| valence[v as usize]);
+    (whole == 4 && all.iter().all(|&valence| valence != 0)).then_some(all)
 }
 
 /// Tables per patch, and the rings that are read directly.
@@ -284,11 +294,11 @@ type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
 
 impl Chunk<'_, '_> {
     fn gather(&mut self, t: &Topology, whole: usize, classes: &FanClasses<'_>, scratch: &mut Scratch) -> Met {
-        let fans = classes.fans;
+        let valence = classes.valence;
         let (mut met, mut known, mut alike) = (Met::default(), Keys::default(), ByFace::default());
         let mut smooth = SmoothPlans::default();
         smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
-        self.read_rings(t, whole, fans, &mut smooth);
+        self.read_rings(t, whole, valence, &mut smooth);
         let mut regular = NONE;
         let (mut patch, mut rings) = (0, 0);
         for face in self.faces.clone().map(Face::new) {
@@ -298,7 +308,7 @@ impl Chunk<'_, '_> {
                 patch += starts.len();
                 continue;
             }
-            if let Some(valences) = valences(whole, fans, t.face_vertices(face)) {
+            if let Some(valences) = valences(whole, valence, t.face_vertices(face)) {
                 let own = rings..rings + smooth_ring::points(valences);
                 rings = own.end;
                 // In small meshes, where the ring is another one, the place stays unused.
@@ -338,10 +348,10 @@ impl Chunk<'_, '_> {
 
     /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
     /// load in fours.
-    fn read_rings(&mut self, t: &Topology, whole: usize, fans: &[Fan], smooth: &mut SmoothPlans) {
+    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], smooth: &mut SmoothPlans) {
         let mut rings = 0;
         for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
-            let Some(valences) = valences(whole, fans, t.face_vertices(face)) else { continue };
+            let Some(valences) = valences(whole, valence, t.face_vertices(face)) else { continue };
             let start = if valences == [4; 4] {
                 0
             } else {

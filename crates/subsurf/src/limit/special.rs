@@ -86,14 +86,14 @@ impl SpecialVertex {
         let scale = subdominant(corner);
         let constant = (1.0, ones, limit.clone());
         let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
-        let linear = tangent::linear_modes(corner, &step);
+        let linear = tangent::linear_modes(corner, &step, &limit);
         let second = (!linear.is_empty()).then(|| {
             let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
             let modes = std::iter::once(constant).chain(halves).collect();
             DeflatedPowers::new(&step.a, after_linear(corner), modes)
         });
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
-        let tangents = tangent::Tangents::new(corner, &step);
+        let tangents = tangent::Tangents::new(corner, &step, &limit);
         Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents }
     }
 
