@@ -10,12 +10,14 @@ use fearless_simd::{Level, Simd, dispatch};
 mod block;
 mod grid;
 mod normal;
+mod parts;
 
 pub use block::Lanes;
 use block::store_each;
 pub(crate) use grid::{FineGrid, RowRule, refine_grid};
 use normal::unit_normals;
 pub(crate) use normal::unit_normals_of;
+pub(crate) use parts::{PART, Part, Parts, put};
 
 /// Samples of a block: one 512-bit vector of `f32`.
 pub(crate) const LANES: usize = 16;

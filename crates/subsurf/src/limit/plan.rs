@@ -17,6 +17,7 @@ mod fan;
 mod fan_mesh;
 mod leaf;
 mod patterns;
+mod place_weights;
 mod refined_points;
 mod sub_patches;
 

@@ -244,13 +244,10 @@ fn eigen_form(corner: Corner, step: &LocalStep) -> Option<EigenForm> {
 
 /// The largest `m ≥ 0` with `big < 2^-m`, or 0 for `big = 1`.
 fn depth(big: f64) -> u32 {
-    if big >= 0.5 {
-        return 0;
-    }
-    // `big = f · 2^e` with `f` in [1/2, 1), so that `m = -e`.
+    // `big = f · 2^e` with `f` in [1/2, 1), so that `m = -e`; without a branch that depends on where the location happens to be.
     let exponent = |x: f64| (x.to_bits() >> 52) as i32 - 1022;
     let e = if big >= f64::MIN_POSITIVE { exponent(big) } else { exponent(big * 2f64.powi(64)) - 64 };
-    (-e) as u32
+    (-e).max(0) as u32
 }
 
 /// `x · 2^m` without overflow of the power.

@@ -93,7 +93,7 @@ impl<'a> Plan<'a> {
 
     /// Basis functions of a sub-patch at a place.
     #[inline(always)]
-    fn basis(self, spot: &Spot<'_>, count: usize) -> [[f64; 16]; 6] {
+    pub(super) fn basis(self, spot: &Spot<'_>, count: usize) -> [[f64; 16]; 6] {
         match self.plans.split {
             SplitKind::Quads => tensor(&cubic(spot.s), &cubic(spot.t), count),
             SplitKind::Triangles => box_spline::powers_at(spot.s, spot.t, count),
@@ -101,7 +101,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Derivatives of one place, all rows one after the other, from the parameters of its sub-patch to those of the face.
-    fn turn(self, pose: Pose, rows: &mut [f64]) {
+    pub(super) fn turn(self, pose: Pose, rows: &mut [f64]) {
         if pose.is_plain() {
             return;
         }
@@ -153,6 +153,14 @@ mod tests {
                 for order in 0..6 {
                     let row = &all[(6 * i + order) * ring..][..ring];
                     let size = single.rows[order].iter().fold(1.0, |m: f64, w| m.max(w.abs()));
+                    if let Some(spot) = plan.spot(u, v, 0) {
+                        let mut alone = Vec::new();
+                        plan.weights_in_piece(&spot, (u, v, 0), 6, &mut alone);
+                        let rounding = 64.0 * f64::EPSILON * 4096.0 * 4096.0 * size;
+                        for (a, b) in row.iter().zip(&alone[order * ring..][..ring]) {
+                            assert!((a - b).abs() <= rounding, "{} at {u}, {v}, order {order}: {a} {b}", shape.name);
+                        }
+                    }
                     for (a, b) in row.iter().zip(&single.rows[order]) {
                         // A hundred products; each level of a patch tree, up to twelve with creases, doubles what single
                         // locations lose per differentiation.
