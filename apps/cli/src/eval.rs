@@ -172,11 +172,25 @@ impl Table<'_> {
         while self.places.read(&mut block).map_err(Failure::Table)? {
             let evaluated = |lines: &[Line]| {
                 let (mut text, mut counts) = (Vec::new(), Summary::default());
+                let (mut all_words, mut places, mut wrong) = (Vec::new(), Vec::new(), None);
                 for line in lines {
                     let words = header.words(&block, line);
-                    let row = header.location(&words, surface);
-                    row.and_then(|at| rows.write(&words, at, &mut text, &mut counts))
-                        .map_err(|error| (line.number, error))?;
+                    match header.location(&words, surface) {
+                        Ok(at) => places.push(at),
+                        Err(error) => {
+                            wrong = Some((line.number, error));
+                            break;
+                        }
+                    }
+                    all_words.push(words);
+                }
+                let jets = rows.jets(&places);
+                for (i, (words, jet)) in all_words.iter().zip(jets).enumerate() {
+                    rows.write(words, places[i], jet, &mut text, &mut counts)
+                        .map_err(|error| (lines[i].number, error))?;
+                }
+                if let Some(wrong) = wrong {
+                    return Err(wrong);
                 }
                 Ok((text, counts))
             };

@@ -8,12 +8,16 @@ use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
 
 mod block;
+mod grid;
 mod normal;
+mod parts;
 mod surface;
 
 pub use block::Lanes;
 use block::store_each;
+pub(crate) use grid::{FineGrid, RowRule, refine_grid};
 pub(crate) use normal::unit_normals_of;
+pub(crate) use parts::{PART, Part, Parts, put};
 pub(crate) use surface::{Ring, Samples, SurfaceMatrix};
 
 /// Samples of a block: one 512-bit vector of `f32`.

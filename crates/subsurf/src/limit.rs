@@ -7,6 +7,7 @@ mod corner;
 mod deflated;
 mod eigen;
 mod fan_class;
+mod fans;
 mod gather;
 mod jet;
 mod lanes;

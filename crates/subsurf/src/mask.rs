@@ -5,23 +5,33 @@ use crate::index::{Edge, Face, Vertex};
 use crate::scheme::Scheme;
 use crate::sharpness::{Rule, edge_half, vertex_rules};
 use crate::tags::Creasing;
-use crate::topology::{Interpolation, Topology};
+use crate::topology::{Interpolation, NONE, Topology};
 
 /// Weights over vertices of the parent level and over the centroids of its faces; they sum to one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Mask {
     pub vertices: Vec<(u32, f64)>,
     pub faces: Vec<(u32, f64)>,
+    /// For every entry of `vertices` the edge that joins it to the vertex whose mask this is; [`NONE`] elsewhere.
+    pub edges: Vec<u32>,
 }
 
 impl Mask {
     pub fn clear(&mut self) {
         self.vertices.clear();
         self.faces.clear();
+        self.edges.clear();
     }
 
     pub fn vertex(&mut self, v: Vertex, weight: f64) {
         self.vertices.push((v.0, weight));
+        self.edges.push(NONE);
+    }
+
+    /// A vertex that lies across edge `e` from the one whose mask this is.
+    pub fn along(&mut self, e: Edge, v: Vertex, weight: f64) {
+        self.vertices.push((v.0, weight));
+        self.edges.push(e.0);
     }
 
     pub fn face(&mut self, f: Face, weight: f64) {
@@ -47,7 +57,7 @@ pub(crate) fn edge_mask(t: &Topology, scheme: Scheme, e: Edge, mask: &mut Mask) 
 }
 
 /// True where all rules are the linear ones.
-fn is_linear(t: &Topology, scheme: Scheme) -> bool {
+pub(crate) fn is_linear(t: &Topology, scheme: Scheme) -> bool {
     scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear
 }
 
@@ -70,7 +80,7 @@ pub(crate) fn vertex_mask(t: &Topology, scheme: Scheme, v: Vertex, mask: &mut Ma
             Rule::Corner => mask.vertex(v, weight),
             Rule::Crease(edges) => {
                 mask.vertex(v, 0.75 * weight);
-                edges.iter().for_each(|&e| mask.vertex(other_end(t, e, v), 0.125 * weight));
+                edges.iter().for_each(|&e| mask.along(e, other_end(t, e, v), 0.125 * weight));
             }
             Rule::Smooth => scheme.smooth_vertex_mask(t, v, weight, mask),
         }

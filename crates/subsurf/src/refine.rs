@@ -7,6 +7,7 @@
 
 mod compile;
 mod compose;
+mod direct;
 mod face_rings;
 mod next_level;
 mod numbering;

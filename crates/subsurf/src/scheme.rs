@@ -1,6 +1,6 @@
 //! A scheme is a topological split plus masks. This is the only place that tells schemes apart.
 
-mod catmull_clark;
+pub(crate) mod catmull_clark;
 pub(crate) mod loop_subdivision;
 
 use crate::index::{Edge, Vertex};

@@ -164,6 +164,33 @@ fn large_batches_in_random_order_have_the_bits_of_ordered_ones() {
 }
 
 #[test]
+fn components_know_nothing_of_each_other() {
+    fn check<const N: usize>(table: &PatchTable, points: &[[f64; 3]], at: &[Location]) -> Result<(), String> {
+        let many: Vec<[f64; N]> = points.iter().map(|p| std::array::from_fn(|c| p[c % 3] * (1.0 + c as f64))).collect();
+        let mut all = vec![[[0.0; N]; 6]; at.len()];
+        table.surface(&many).eval_into(at, &mut all);
+        for c in 0..N {
+            let one: Vec<[f64; 1]> = many.iter().map(|p| [p[c]]).collect();
+            let mut alone = vec![[[0.0]; 6]; at.len()];
+            table.surface(&one).eval_into(at, &mut alone);
+            for (i, at) in at.iter().enumerate() {
+                let row = all[i].map(|value| [value[c]]);
+                require(row == alone[i], || format!("component {c} of {N}, {at:?}: {row:?} {:?}", alone[i]))?;
+            }
+        }
+        Ok(())
+    }
+    for shape in [shapes::interior_vertex(5), shapes::cube()] {
+        let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+        let at = locations(&shape.mesh, Scheme::CatmullClark);
+        check::<2>(&table, &shape.positions, &at).unwrap();
+        check::<3>(&table, &shape.positions, &at).unwrap();
+        check::<4>(&table, &shape.positions, &at).unwrap();
+        check::<9>(&table, &shape.positions, &at).unwrap();
+    }
+}
+
+#[test]
 fn single_precision_costs_a_few_ulps_of_the_ring() {
     everywhere(|table, points, at| {
         let points = single(points);

@@ -63,17 +63,22 @@ impl<'a, T: Number> Rows<'a, T> {
         format!("{USUAL}{second}{curvature}{blend_weight}{texture}\n")
     }
 
-    /// Appends the row of the place `at`, which was given as `words`.
+    /// What the surface is at some places; none in holes.
+    pub fn jets(&self, places: &[Location]) -> Vec<Option<Jet<3>>> {
+        self.surface.eval_many(places)
+    }
+
+    /// Appends the row of the place `at`, which was given as `words` and where the surface is `jet`.
     pub fn write(
         &self,
         words: &Words<'_>,
         at: Location,
+        jet: Option<Jet<3>>,
         out: &mut Vec<u8>,
         counts: &mut Summary,
     ) -> Result<(), RowError> {
         let Columns { second, curvature, blend_weight } = self.columns;
-        let jet = if second || curvature { self.surface.eval_second(at) } else { self.surface.eval(at) };
-        let jet: Jet<3> = jet.ok_or(RowError::Hole { face: at.face.0 })?;
+        let jet = jet.ok_or(RowError::Hole { face: at.face.0 })?;
         for word in words.fields {
             out.extend_from_slice(word);
             out.push(b',');

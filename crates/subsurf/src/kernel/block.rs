@@ -1,7 +1,7 @@
 //! Sixteen numbers at once, one per sample: one vector of the machine or several.
 
 use super::LANES;
-use fearless_simd::{Level, Simd, SimdBase, SimdFrom, f32x16, f64x8, u8x64};
+use fearless_simd::{Level, Simd, SimdBase, SimdFrom, f32x4, f32x16, f64x4, f64x8, u8x64};
 
 /// What vector kernels ask of a number. All operations round as those of single numbers do.
 #[doc(hidden)]
@@ -22,6 +22,14 @@ pub trait Lanes: Sized + Copy + Default {
     fn inverse_root<S: Simd>(simd: S, x: Self::Block<S>) -> Self::Block<S>;
     /// The samples, as bits, where `a > b`.
     fn above<S: Simd>(simd: S, a: Self::Block<S>, b: Self::Block<S>) -> u32;
+    /// Sums of the lanes 0 4 8 12, 1 5 9 13, 2 6 10 14 and 3 7 11 15: of `(0 + 8) + (4 + 12)`, to name the order.
+    fn quarters<S: Simd>(simd: S, x: Self::Block<S>) -> [Self; 4];
+    /// Lanes of both in turn, `a0 b0 a1 b1 …`: the first sixteen and the last.
+    fn zip<S: Simd>(simd: S, a: Self::Block<S>, b: Self::Block<S>) -> [Self::Block<S>; 2];
+    /// Four numbers less four others, in one step.
+    fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4];
+    /// Four numbers in double precision.
+    fn wide<S: Simd>(simd: S, x: [Self; 4]) -> f64x4<S>;
     /// Stores three components sample by sample: `x y z x y z …`.
     fn store_xyz<S: Simd>(simd: S, xyz: [Self::Block<S>; 3], out: &mut [[Self; 3]; LANES]);
 }
@@ -69,6 +77,29 @@ impl Lanes for f32 {
     #[inline(always)]
     fn above<S: Simd>(simd: S, a: f32x16<S>, b: f32x16<S>) -> u32 {
         simd.to_bitmask_mask32x16(simd.simd_gt_f32x16(a, b)) as u32
+    }
+
+    #[inline(always)]
+    fn quarters<S: Simd>(simd: S, x: f32x16<S>) -> [Self; 4] {
+        let (low, high) = simd.split_f32x16(x);
+        let (low, high) = simd.split_f32x8(simd.add_f32x8(low, high));
+        simd.add_f32x4(low, high).into()
+    }
+
+    #[inline(always)]
+    fn zip<S: Simd>(simd: S, a: f32x16<S>, b: f32x16<S>) -> [f32x16<S>; 2] {
+        [simd.zip_low_f32x16(a, b), simd.zip_high_f32x16(a, b)]
+    }
+
+    #[inline(always)]
+    fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4] {
+        simd.sub_f32x4(f32x4::simd_from(simd, a), f32x4::simd_from(simd, b)).into()
+    }
+
+    #[inline(always)]
+    fn wide<S: Simd>(simd: S, x: [Self; 4]) -> f64x4<S> {
+        let (low, high) = simd.widen_f32x4(f32x4::simd_from(simd, x));
+        simd.combine_f64x2(low, high)
     }
 
     #[inline(always)]
@@ -137,6 +168,28 @@ impl Lanes for f64 {
     fn above<S: Simd>(simd: S, a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> u32 {
         let low = simd.to_bitmask_mask64x8(simd.simd_gt_f64x8(a[0], b[0])) as u32;
         low | (simd.to_bitmask_mask64x8(simd.simd_gt_f64x8(a[1], b[1])) as u32) << 8
+    }
+
+    #[inline(always)]
+    fn quarters<S: Simd>(simd: S, x: [f64x8<S>; 2]) -> [Self; 4] {
+        let (low, high) = simd.split_f64x8(simd.add_f64x8(x[0], x[1]));
+        simd.add_f64x4(low, high).into()
+    }
+
+    #[inline(always)]
+    fn zip<S: Simd>(simd: S, a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [[f64x8<S>; 2]; 2] {
+        let (low, high) = (simd.zip_low_f64x8(a[0], b[0]), simd.zip_high_f64x8(a[0], b[0]));
+        [[low, high], [simd.zip_low_f64x8(a[1], b[1]), simd.zip_high_f64x8(a[1], b[1])]]
+    }
+
+    #[inline(always)]
+    fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4] {
+        simd.sub_f64x4(f64x4::simd_from(simd, a), f64x4::simd_from(simd, b)).into()
+    }
+
+    #[inline(always)]
+    fn wide<S: Simd>(simd: S, x: [Self; 4]) -> f64x4<S> {
+        f64x4::simd_from(simd, x)
     }
 
     #[inline(always)]

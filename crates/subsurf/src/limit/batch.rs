@@ -1,5 +1,4 @@
-//! Many locations at once: samples of one face share its control points, samples of one sub-patch fill the lanes of
-//! vector instructions.
+//! Many locations at once: samples of one face share its control points, samples of one sub-patch its sixteen points.
 //!
 //! A row is what [`LimitSurface::eval`] gives, with sums in the precision of the control points instead of `f64`. It has
 //! the same bits in any batch, in any order, on any number of threads.
@@ -13,7 +12,11 @@ use rayon::prelude::*;
 
 /// Fewest locations that a thread takes at a time, and most. Larger: fewer threads, more scratch memory; smaller: fewer
 /// samples of a face together where their order is random.
-const CHUNK: [usize; 2] = [1 << 12, 1 << 18];
+const CHUNK: [usize; 2] = [1 << 12, 1 << 22];
+
+/// Sorted locations whose parameters and rows are brought into the cache together. Larger: they do not stay there;
+/// smaller: fewer reads at a time.
+const TOGETHER: usize = 512;
 
 /// A sample of a batch whose row is not simply position and derivatives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,7 +84,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         let share = locations.len().div_ceil(rayon::current_num_threads());
         let chunk = share.clamp(CHUNK[0], CHUNK[1]);
         let found: Vec<Vec<Exceptional>> = (locations.par_chunks(chunk).zip(rows.par_chunks_mut(chunk)).enumerate())
-            .map_init(Chunk::<S, N>::default, |scratch, (i, (locations, rows))| {
+            .map_init(Chunk::<S>::default, |scratch, (i, (locations, rows))| {
                 scratch.evaluate(self, locations, rows, i * chunk)
             })
             .collect();
@@ -94,8 +97,10 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// If there is no such sub-face.
     pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'_, T, N>> {
         let patch = self.table().patch(face, subface);
+        self.table().patch_plan(patch)?;
         let mut sampler = Sampler::default();
-        sampler.meet(self, patch).then_some(LimitPatch { surface: self, sampler, samples: Vec::new() })
+        sampler.meet(patch);
+        Some(LimitPatch { surface: self, sampler })
     }
 }
 
@@ -108,8 +113,7 @@ fn check_rows<const R: usize>(samples: usize, rows: usize) {
 /// One patch of a limit surface, for many samples: see [`LimitSurface::patch`].
 pub struct LimitPatch<'a, T, const N: usize> {
     surface: &'a LimitSurface<'a, T, N>,
-    sampler: Sampler<T, N>,
-    samples: Vec<u32>,
+    sampler: Sampler<T>,
 }
 
 impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
@@ -119,74 +123,79 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     /// If parameters lie outside the face, or if there is not one row per sample.
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
-        let table = self.surface.table();
-        places.iter().for_each(|&[u, v]| table.check_parameters(u, v));
-        self.samples.clear();
-        self.samples.extend(0..places.len() as u32);
-        self.sampler.run(
-            self.surface,
-            &self.samples,
-            #[inline(always)]
-            |i| places[i as usize],
-            rows,
-        );
+        self.sampler.run(self.surface, places.len(), |k| k as u32, |k| places[k], rows);
         self.sampler.take_exceptional(0)
     }
 }
 
 /// Reusable memory of one thread.
-struct Chunk<T, const N: usize> {
-    sampler: Sampler<T, N>,
+struct Chunk<T> {
+    sampler: Sampler<T>,
     /// The patch of every sample above its number: sorted, the samples of a patch are together and in order.
     keys: Vec<u64>,
     other: Vec<u64>,
-    samples: Vec<u32>,
+    /// Parameters of some of them, and the ends of their rows.
+    places: Vec<[f64; 2]>,
+    touched: Vec<[T; 2]>,
 }
 
-impl<T: Real, const N: usize> Default for Chunk<T, N> {
+impl<T> Default for Chunk<T> {
     fn default() -> Self {
-        Self { sampler: Sampler::default(), keys: Vec::new(), other: Vec::new(), samples: Vec::new() }
+        Self {
+            sampler: Sampler::default(),
+            keys: Vec::new(),
+            other: Vec::new(),
+            places: Vec::new(),
+            touched: Vec::new(),
+        }
     }
 }
 
-impl<T: Real, const N: usize> Chunk<T, N> {
+impl<T: Real> Chunk<T> {
     /// Evaluates a chunk of locations, the first of which is number `first` of the batch.
-    fn evaluate<V: Real, const R: usize>(
+    fn evaluate<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
         locations: &[Location],
         rows: &mut [[[T; N]; R]],
         first: usize,
     ) -> Vec<Exceptional> {
-        let Self { sampler, keys, other, samples } = self;
+        let Self { sampler, keys, other, places, touched } = self;
         let table = surface.table();
-        keys.clear();
-        let (mut last, mut patch, mut changes) = (None, 0, 0);
-        for (i, at) in locations.iter().enumerate() {
-            table.check_parameters(at.u, at.v);
-            if last != Some((at.face, at.subface)) {
-                last = Some((at.face, at.subface));
-                patch = (table.patch(at.face, at.subface) as u64) << 32;
-                changes += 1;
+        let is_same = |a: &Location, b: &Location| (a.face == b.face) & (a.subface == b.subface);
+        let mut changes = 0;
+        for pair in locations.windows(2) {
+            changes += usize::from(!is_same(&pair[0], &pair[1]));
+        }
+        if 4 * changes <= locations.len() {
+            let mut start = 0;
+            for run in locations.chunk_by(is_same) {
+                sampler.meet(table.patch(run[0].face, run[0].subface));
+                sampler.run(surface, run.len(), |k| (start + k) as u32, |k| [run[k].u, run[k].v], rows);
+                start += run.len();
             }
-            keys.push(patch | i as u64);
+            return sampler.take_exceptional(first);
         }
-        if 4 * changes > locations.len() {
-            sort_by_patch(keys, other, table.patch_count());
-        }
-        for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
-            samples.clear();
-            samples.extend(run.iter().map(|&key| key as u32));
-            if sampler.meet(surface, (run[0] >> 32) as usize) {
-                sampler.run(
-                    surface,
-                    samples,
-                    #[inline(always)]
-                    |i| [locations[i as usize].u, locations[i as usize].v],
-                    rows,
-                );
-            } else {
-                sampler.skip(samples, rows);
+        keys.clear();
+        let patch = |at: &Location| table.patch(at.face, at.subface) as u64;
+        keys.extend(locations.iter().enumerate().map(|(i, at)| patch(at) << 32 | i as u64));
+        sort_by_patch(keys, other, table.patch_count());
+        for part in keys.chunks(TOGETHER) {
+            // Memory is read all over the place, so many reads at a time; rows too, that they are at hand when they are written.
+            places.clear();
+            touched.clear();
+            for &key in part {
+                let at = &locations[key as u32 as usize];
+                places.push([at.u, at.v]);
+                let row = rows[key as u32 as usize].as_flattened();
+                touched.push([row.first(), row.last()].map(|end| end.copied().unwrap_or_default()));
+            }
+            let mut start = 0;
+            for run in part.chunk_by(|a, b| a >> 32 == b >> 32) {
+                let places = &places[start..start + run.len()];
+                sampler.meet((run[0] >> 32) as usize);
+                sampler.run(surface, run.len(), |k| run[k] as u32, |k| places[k], rows);
+                start += run.len();
             }
         }
         sampler.take_exceptional(first)

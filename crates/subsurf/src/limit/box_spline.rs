@@ -11,6 +11,7 @@
 //!        u=-1    0     1     2
 //! ```
 
+use super::bspline::ORDERS;
 use std::sync::LazyLock;
 
 /// `(c, i, j, k)`: `c w^i u^j v^k / 12` with `w = 1 - u - v`, for each of the 12 basis functions.
@@ -182,6 +183,18 @@ pub(crate) static POLYNOMIALS: LazyLock<[[f64; 12]; POWERS]> = LazyLock::new(|| 
     }
     out
 });
+
+/// The powers at `(x, y)`, and their derivatives: the first `count` entries of [`ORDERS`](super::bspline::ORDERS).
+pub(crate) fn powers_at(x: f64, y: f64, count: usize) -> [[f64; 16]; 6] {
+    let mut out = [[0.0; 16]; 6];
+    let (x, y) = (powers(x), powers(y));
+    for (row, &(i, j)) in out.iter_mut().zip(&ORDERS).take(count) {
+        for (k, &(p, q)) in EXPONENTS.iter().enumerate() {
+            row[k] = x[p][i] * y[q][j];
+        }
+    }
+    out
+}
 
 /// Adds function `k` from the powers of `w`, `u`, `v`.
 fn add_function(k: usize, [w, u, v]: &[[[f64; 3]; 5]; 3], count: usize, out: &mut [[f64; 16]; 6]) {

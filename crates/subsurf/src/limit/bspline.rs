@@ -9,20 +9,47 @@
 
 use crate::real::Real;
 
+/// Curve weights as polynomials in `x = t` or `x = 1 - t`, control point by control point, so that a loop over lanes does one
+/// thing in all of them: `a + x² (b + c x)`, its derivative in t `x (d + e x)` and second derivative `f + g x`.
+pub(crate) struct Weights {
+    /// `x` at `t = 0`, and how it grows.
+    pub x: [[f64; 4]; 2],
+    pub value: [[f64; 4]; 3],
+    pub slope: [[f64; 4]; 2],
+    pub bend: [[f64; 4]; 2],
+}
+
+pub(crate) const WEIGHTS: Weights = Weights {
+    x: [[1.0, 0.0, 1.0, 0.0], [-1.0, 1.0, -1.0, 1.0]],
+    value: [[0.0, 2.0 / 3.0, 2.0 / 3.0, 0.0], [0.0, -1.0, -1.0, 0.0], [1.0 / 6.0, 0.5, 0.5, 1.0 / 6.0]],
+    slope: [[0.0, -2.0, 2.0, 0.0], [-0.5, 1.5, -1.5, 0.5]],
+    bend: [[0.0, -2.0, -2.0, 0.0], [1.0, 3.0, 3.0, 1.0]],
+};
+
+/// Weight of control point `i` at `t`: value, first and second derivative.
+#[inline(always)]
+pub(crate) fn weight<T: Real>(t: T, i: usize) -> [T; 3] {
+    // Constants one by one: closures are not compiled for the machine's own vectors.
+    let Weights { x, value: [a, b, c], slope: [d, e], bend: [f, g] } = WEIGHTS;
+    let x = T::from_f64(x[0][i]) + T::from_f64(x[1][i]) * t;
+    [
+        T::from_f64(a[i]) + x * x * (T::from_f64(b[i]) + T::from_f64(c[i]) * x),
+        x * (T::from_f64(d[i]) + T::from_f64(e[i]) * x),
+        T::from_f64(f[i]) + T::from_f64(g[i]) * x,
+    ]
+}
+
 /// Weights of position, first and second derivative at `t` in `[0, 1]` over four consecutive control points.
 #[inline(always)]
 pub(crate) fn cubic<T: Real>(t: T) -> [[T; 4]; 3] {
-    // Constants one by one: closures are not compiled for the machine's own vectors.
-    let (sixth, half, two_thirds, one) =
-        (T::from_f64(1.0 / 6.0), T::from_f64(0.5), T::from_f64(2.0 / 3.0), T::from_f64(1.0));
-    let (three_halves, two, three) = (T::from_f64(1.5), T::from_f64(2.0), T::from_f64(3.0));
-    let s = one - t;
-    let (t2, s2) = (t * t, s * s);
-    [
-        [s * s2 * sixth, two_thirds + t2 * (half * t - one), two_thirds + s2 * (half * s - one), t * t2 * sixth],
-        [T::from_f64(-0.5) * s2, t * (three_halves * t - two), s * (two - three_halves * s), half * t2],
-        [s, three * t - two, three * s - two, t],
-    ]
+    let mut weights = [[T::default(); 4]; 3];
+    for i in 0..4 {
+        let at = weight(t, i);
+        for order in 0..3 {
+            weights[order][i] = at[order];
+        }
+    }
+    weights
 }
 
 /// Which derivative: (times in u, times in v), in the order in which jets store them.

@@ -6,7 +6,7 @@
 //! the walk comes back to vertices that it met: then rings name a vertex twice, which is looked for (see
 //! [`read`]).
 
-use super::gather::Fan;
+use super::fans::Fans;
 use super::plan_key::KeyHasher;
 use crate::index::{Face, HalfEdge, Vertex};
 use crate::tags::Creasing;
@@ -34,7 +34,8 @@ type Signature = [u32; MOST_FACES + 1];
 
 /// The classes of all vertices.
 pub(super) struct FanClasses<'a> {
-    pub fans: &'a [Fan],
+    /// Valences of smooth vertices.
+    pub valence: &'a [u8],
     /// By vertex, a row of `classes`, or [`NONE`]; empty where no vertex has one.
     row: Vec<u32>,
     classes: Vec<Class>,
@@ -52,11 +53,11 @@ struct Class {
 
 impl<'a> FanClasses<'a> {
     /// Those of all vertices.
-    pub fn new(t: &Topology, fans: &'a [Fan]) -> Self {
-        let mut all = Self { fans, row: Vec::new(), classes: Vec::new() };
+    pub fn new(t: &Topology, fans: &'a Fans) -> Self {
+        let valence = &fans.valence[..];
+        let mut all = Self { valence, row: Vec::new(), classes: Vec::new() };
         let is_local = t.interpolation == Interpolation::Smooth && t.rules().creasing == Creasing::Uniform;
-        let others: Vec<u32> =
-            (0..fans.len()).filter(|&v| fans[v].smooth_valence().is_none()).map(|v| v as u32).collect();
+        let others: Vec<u32> = (0..valence.len()).filter(|&v| valence[v] == 0).map(|v| v as u32).collect();
         // Else far ends of edges have a say, or boundaries do.
         if !is_local || others.is_empty() {
             return all;
@@ -89,8 +90,8 @@ impl<'a> FanClasses<'a> {
 
     fn of_corner(&self, t: &Topology, h: HalfEdge) -> Option<u32> {
         let v = t.origin(h).index();
-        if let Some(valence) = self.fans[v].smooth_valence() {
-            return Some(u32::from(valence) << 4);
+        if self.valence[v] != 0 {
+            return Some(u32::from(self.valence[v]) << 4);
         }
         let class = self.classes.get(self.row[v] as usize)?;
         let (mut at, mut place) = (HalfEdge(class.start), 0);
@@ -98,7 +99,7 @@ impl<'a> FanClasses<'a> {
             at = t.turn_left(at)?;
             place += 1;
         }
-        Some(class.number << 4 | place % class.period)
+        Some((class.number << 4) | (place % class.period))
     }
 }
 
@@ -243,7 +244,7 @@ mod tests {
         let mut read_rings = 0;
         for shape in shapes::all() {
             let t = Topology::new(&shape.mesh).unwrap();
-            let fans = Fan::all(&t);
+            let fans = Fans::new(&t);
             let classes = FanClasses::new(&t, &fans);
             let mut walks: BTreeMap<FaceKey, Vec<u32>> = BTreeMap::new();
             for face in (0..t.face_count()).map(Face::new) {

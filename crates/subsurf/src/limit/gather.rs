@@ -5,9 +5,10 @@
 //! round, which tells its plan; further ones take the plan, and their rings are read off the half-edges too.
 
 use super::fan_class::{self, ByFace, FaceKey, FanClasses};
+use super::fans::Fans;
 use super::plan_key::{Key, KeyHasher, Keys, canonical_corner};
-use super::smooth_ring::{self, VALENCES, Valences, is_distinct};
-use crate::index::{Face, Vertex};
+use super::smooth_ring::{self, Valences, is_distinct};
+use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
@@ -40,7 +41,7 @@ impl Gathered {
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
     pub fn new(t: &Topology, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
-        let fans = Fan::all(t);
+        let fans = Fans::new(t);
         let patches = face_patch[t.face_count()] as usize;
         let sizes: Vec<Size> = (0..t.face_count().div_ceil(CHUNK))
             .into_par_iter()
@@ -50,10 +51,15 @@ impl Gathered {
         size.check(patches)?;
 
         let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
-        let (mut ring_start, mut ring) = (vec![0; patches], Vec::with_capacity(size.direct + size.others));
-        ring.resize(size.direct, 0);
+        // Memory that comes zeroed costs nothing until threads write to it.
+        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
         let classes = FanClasses::new(t, &fans);
-        let lists = Lists { plan: &mut patch_plan, turn: &mut patch_turn, start: &mut ring_start, direct: &mut ring };
+        let lists = Lists {
+            plan: &mut patch_plan,
+            turn: &mut patch_turn,
+            start: &mut ring_start,
+            direct: &mut ring[..size.direct],
+        };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
         let mut met: Vec<Met> =
             chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &classes, own)).collect();
@@ -100,65 +106,6 @@ fn faces_of(t: &Topology, chunk: usize) -> Range<usize> {
     chunk * CHUNK..((chunk + 1) * CHUNK).min(t.face_count())
 }
 
-/// The faces at a vertex: at a *smooth* one, an interior manifold vertex of quads with nothing sharp, how many; at others how
-/// many vertices they have beside it, at most.
-#[derive(Clone, Copy)]
-pub(super) struct Fan(u32);
-
-impl Fan {
-    const SMOOTH: u32 = 1 << 31;
-
-    /// Those of all vertices.
-    pub fn all(t: &Topology) -> Vec<Self> {
-        let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(CHUNK).map(Vertex);
-        let mut fans: Vec<Self> = vertices.map(|v| Self::of(t, v)).collect();
-        if t.vertex_non_manifold.contains(&true) {
-            // There are faces beyond the fan.
-            t.vertex_non_manifold
-                .iter()
-                .zip(&mut fans)
-                .filter(|(non_manifold, _)| **non_manifold)
-                .for_each(|f| *f.1 = Self(0));
-            for f in (0..t.face_count()).map(Face::new) {
-                for &v in t.face_vertices(f) {
-                    if t.vertex_non_manifold[v as usize] {
-                        fans[v as usize].0 += t.sides(f) as u32 - 1;
-                    }
-                }
-            }
-        }
-        fans
-    }
-
-    /// The fan that starts at the vertex' leading half-edge.
-    #[inline]
-    pub fn of(t: &Topology, v: Vertex) -> Self {
-        let (mut faces, mut points, mut quads) = (0, 0, true);
-        let closed = t.walk_fan(v, |h| {
-            let sides = t.sides(t.face(h)) as u32;
-            faces += 1;
-            points += sides - 2;
-            quads &= sides == 4;
-        });
-        let smooth = t.vertex_sharpness(v) == 0.0 && t.sharp_edges(v).is_empty() && t.foreign_sharpness(v).is_empty();
-        let smooth = closed && quads && smooth && !t.vertex_non_manifold[v.index()];
-        Self(if smooth { faces | Self::SMOOTH } else { points + u32::from(!closed) })
-    }
-
-    /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
-    #[inline]
-    pub fn smooth_valence(self) -> Option<u8> {
-        let valence = self.0 & !Self::SMOOTH;
-        (self.0 & Self::SMOOTH != 0 && VALENCES.contains(&valence)).then_some(valence as u8)
-    }
-
-    /// Vertices of the faces but the one in the middle, at most.
-    fn points(self) -> usize {
-        let count = (self.0 & !Self::SMOOTH) as usize;
-        if self.0 & Self::SMOOTH != 0 { 2 * count } else { count }
-    }
-}
-
 /// How much memory rings take.
 #[derive(Clone, Copy, Default)]
 struct Size {
@@ -173,17 +120,17 @@ struct Size {
 const MOST_RING_POINTS: usize = 1 << 28;
 
 impl Size {
-    fn of(t: &Topology, whole: usize, fans: &[Fan], face: Face) -> Self {
+    fn of(t: &Topology, whole: usize, fans: &Fans, face: Face) -> Self {
         let corners = t.face_vertices(face);
         if t.is_hole(face) {
             return Self::default();
         }
-        if let Some(valences) = valences(whole, fans, corners) {
+        if let Some(valences) = valences(whole, &fans.valence, corners) {
             return Self { direct: smooth_ring::points(valences), others: 0 };
         }
         // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
         let own = corners.len();
-        let beyond = |&v: &u32| (fans[v as usize].points() + 2).saturating_sub(own);
+        let beyond = |&v: &u32| (fans.all[v as usize].points() + 2).saturating_sub(own);
         let ring = own + corners.iter().map(beyond).sum::<usize>();
         Self { direct: 0, others: if own == whole { ring } else { own * ring } }
     }
@@ -207,11 +154,10 @@ impl std::iter::Sum for Size {
 
 /// Valences of a quad whose ring is read directly.
 #[inline]
-fn valences(whole: usize, fans: &[Fan], corners: &[u32]) -> Option<Valences> {
+fn valences(whole: usize, valence: &[u8], corners: &[u32]) -> Option<Valences> {
     let &[a, b, c, d] = corners else { return None };
-    let valence = |v: u32| fans[v as usize].smooth_valence();
-    (whole == 4).then_some(())?;
-    Some([valence(a)?, valence(b)?, valence(c)?, valence(d)?])
+    let all = [a, b, c, d].map(|v| valence[v as usize]);
+    (whole == 4 && all.iter().all(|&valence| valence != 0)).then_some(all)
 }
 
 /// Tables per patch, and the rings that are read directly.
@@ -266,8 +212,10 @@ struct Scratch {
 /// What a chunk needs beyond its part of the tables, plans numbered within the chunk.
 #[derive(Default)]
 struct Met {
-    /// Distinct keys in order of appearance, each with the face that it was first met at.
+    /// Distinct keys in order of appearance, each with the face that it was first met at, and their numbers.
     keys: Vec<(Key, Start)>,
+    known: Keys,
+    alike: ByFace<Alike>,
     /// Patches whose rings come from walks, and these rings.
     walked: Vec<u32>,
     ring: Vec<u32>,
@@ -284,11 +232,11 @@ type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
 
 impl Chunk<'_, '_> {
     fn gather(&mut self, t: &Topology, whole: usize, classes: &FanClasses<'_>, scratch: &mut Scratch) -> Met {
-        let fans = classes.fans;
-        let (mut met, mut known, mut alike) = (Met::default(), Keys::default(), ByFace::default());
+        let valence = classes.valence;
+        let mut met = Met::default();
         let mut smooth = SmoothPlans::default();
         smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
-        self.read_rings(t, whole, fans, &mut smooth);
+        self.read_rings(t, whole, valence, &mut smooth);
         let mut regular = NONE;
         let (mut patch, mut rings) = (0, 0);
         for face in self.faces.clone().map(Face::new) {
@@ -298,7 +246,7 @@ impl Chunk<'_, '_> {
                 patch += starts.len();
                 continue;
             }
-            if let Some(valences) = valences(whole, fans, t.face_vertices(face)) {
+            if let Some(valences) = valences(whole, valence, t.face_vertices(face)) {
                 let own = rings..rings + smooth_ring::points(valences);
                 rings = own.end;
                 // In small meshes, where the ring is another one, the place stays unused.
@@ -311,7 +259,7 @@ impl Chunk<'_, '_> {
                     }
                     let shared = smooth.get_mut(&valences).expect("its ring was read");
                     if shared.plan == NONE {
-                        shared.plan = met.walk(t, face, usize::from(shared.start), &mut known, scratch);
+                        shared.plan = met.walk(t, face, usize::from(shared.start), scratch);
                         debug_assert_eq!(scratch.around.ring, self.direct[own]);
                     }
                     (self.plan[patch], self.turn[patch]) = (shared.plan, shared.start);
@@ -324,7 +272,10 @@ impl Chunk<'_, '_> {
             }
             let fans = classes.of_face(t, face);
             for subface in starts {
-                let (plan, start) = met.patch(t, face, subface, sides == whole, fans, &mut known, &mut alike, scratch);
+                let (plan, start) = match sides == whole {
+                    true => met.whole(t, face, fans, scratch),
+                    false => met.subface(t, face, subface, fans, scratch),
+                };
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
                 self.turn[patch] = if sides == whole { start as u8 } else { 0 };
@@ -338,10 +289,10 @@ impl Chunk<'_, '_> {
 
     /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
     /// load in fours.
-    fn read_rings(&mut self, t: &Topology, whole: usize, fans: &[Fan], smooth: &mut SmoothPlans) {
+    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], smooth: &mut SmoothPlans) {
         let mut rings = 0;
         for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
-            let Some(valences) = valences(whole, fans, t.face_vertices(face)) else { continue };
+            let Some(valences) = valences(whole, valence, t.face_vertices(face)) else { continue };
             let start = if valences == [4; 4] {
                 0
             } else {
@@ -365,57 +316,83 @@ struct Alike {
 }
 
 impl Met {
-    /// The plan of a patch, and the corner that its walk starts at; its ring is left in `scratch`.
-    #[allow(clippy::too_many_arguments)]
-    fn patch(
+    /// The plan of a face that is one patch, and the corner that its walk starts at; its ring is left in `scratch`.
+    fn whole(&mut self, t: &Topology, face: Face, fans: Option<FaceKey>, scratch: &mut Scratch) -> (u32, usize) {
+        let sides = t.sides(face);
+        let Some((fans, turn, period)) = fans.map(|fans| fan_class::least(&fans)) else {
+            return self.walked(t, face, canonical_corner(t, face), scratch);
+        };
+        if let Some(&Alike { start, plan }) = self.alike.get(&fans) {
+            // Of corners that look the same the first one.
+            let start = (turn + start) % period;
+            if self.is_read(t, face, start, plan, scratch) {
+                return (plan, start);
+            }
+        }
+        let (plan, start) = self.walked(t, face, canonical_corner(t, face), scratch);
+        self.note(t, face, start, fans, Alike { start: (start + sides - turn) % sides, plan }, scratch);
+        (plan, start)
+    }
+
+    /// The same of a sub-face, whose walk starts at its own corner.
+    fn subface(
         &mut self,
         t: &Topology,
         face: Face,
         subface: usize,
-        is_whole: bool,
         fans: Option<FaceKey>,
-        known: &mut Keys,
-        alike: &mut ByFace<Alike>,
         scratch: &mut Scratch,
     ) -> (u32, usize) {
-        let sides = t.sides(face);
-        let fans = fans.map(|fans| match is_whole {
-            true => fan_class::least(&fans),
-            false => (fan_class::turned(&fans, subface), subface, sides),
-        });
-        if let Some((fans, turn, period)) = fans
-            && let Some(&Alike { start, plan }) = alike.get(&fans)
+        let fans = fans.map(|fans| fan_class::turned(&fans, subface));
+        if let Some(fans) = fans
+            && let Some(&Alike { plan, .. }) = self.alike.get(&fans)
+            && self.is_read(t, face, subface, plan, scratch)
         {
-            // Of corners that look the same the first one.
-            let start = (turn + start) % period;
-            fan_class::read(t, face, start, &mut scratch.ring);
-            if scratch.ring.len() <= smooth_ring::MOST && is_distinct(&scratch.ring) {
-                debug_assert_eq!(self.walk(t, face, start, known, scratch), plan);
-                debug_assert_eq!(scratch.around.ring, scratch.ring);
-                return (plan, start);
-            }
+            return (plan, subface);
         }
-        let start = if is_whole { canonical_corner(t, face) } else { subface };
-        let plan = self.walk(t, face, start, known, scratch);
-        if let Some((fans, turn, _)) = fans {
-            fan_class::read(t, face, start, &mut scratch.ring);
-            if scratch.ring == scratch.around.ring {
-                alike.insert(fans, Alike { start: (start + sides - turn) % sides, plan });
-                return (plan, start);
-            }
+        let (plan, start) = self.walked(t, face, subface, scratch);
+        if let Some(fans) = fans {
+            self.note(t, face, start, fans, Alike { start: 0, plan }, scratch);
         }
+        (plan, start)
+    }
+
+    /// Reads the ring of a face like others with this plan; false where it takes a walk.
+    fn is_read(&mut self, t: &Topology, face: Face, start: usize, plan: u32, scratch: &mut Scratch) -> bool {
+        fan_class::read(t, face, start, &mut scratch.ring);
+        let is_read = scratch.ring.len() <= smooth_ring::MOST && is_distinct(&scratch.ring);
+        if is_read && cfg!(debug_assertions) {
+            debug_assert_eq!(self.walk(t, face, start, scratch), plan);
+            debug_assert_eq!(scratch.around.ring, scratch.ring);
+        }
+        is_read
+    }
+
+    /// Remembers what a walk told, if the ring is one that can be read.
+    fn note(&mut self, t: &Topology, face: Face, start: usize, fans: FaceKey, alike: Alike, scratch: &mut Scratch) {
+        fan_class::read(t, face, start, &mut scratch.ring);
+        if scratch.ring == scratch.around.ring {
+            self.alike.insert(fans, alike);
+        } else {
+            scratch.ring.clone_from(&scratch.around.ring);
+        }
+    }
+
+    /// Walks round a face for its plan and ring.
+    fn walked(&mut self, t: &Topology, face: Face, start: usize, scratch: &mut Scratch) -> (u32, usize) {
+        let plan = self.walk(t, face, start, scratch);
         scratch.ring.clone_from(&scratch.around.ring);
         (plan, start)
     }
 
     /// Walks round a face from corner `start`, and finds or makes the plan's number.
-    fn walk(&mut self, t: &Topology, face: Face, start: usize, known: &mut Keys, scratch: &mut Scratch) -> u32 {
+    fn walk(&mut self, t: &Topology, face: Face, start: usize, scratch: &mut Scratch) -> u32 {
         let around = &mut scratch.around;
         t.surroundings(face, start, &mut scratch.walk, around);
-        known.get(&around.key[..]).copied().unwrap_or_else(|| {
+        self.known.get(&around.key[..]).copied().unwrap_or_else(|| {
             let plan = self.keys.len() as u32;
             self.keys.push((around.key.clone().into(), (face.0, start as u32)));
-            known.insert(around.key.clone().into(), plan);
+            self.known.insert(around.key.clone().into(), plan);
             plan
         })
     }

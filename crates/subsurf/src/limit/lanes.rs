@@ -1,289 +1,290 @@
-//! One polynomial patch at many parameters: a lane per sample, plain Rust that becomes vector instructions under
-//! [`vectorized`](crate::kernel::vectorized). A sample's bits depend neither on the number of lanes nor on its neighbours.
+//! One polynomial patch at many parameters, one after the other: the vector lanes are four control points with up to four
+//! components each, so that a sample fills them however few others lie on its patch.
 //!
 //! Patches come as the control points of [`SubPatch`]: sixteen of a bicubic patch, or the fifteen coefficients of a
-//! quartic one, see [`EXPONENTS`](super::box_spline::EXPONENTS). Loops are written out, since closures given to the
-//! standard library are not compiled for the machine's own vectors.
+//! quartic one, see [`EXPONENTS`](super::box_spline::EXPONENTS). Values of more than four components are evaluated in parts.
+//! Loops are written out, since closures given to the standard library are not compiled for the machine's own vectors.
 
-use super::bspline::{ORDERS, cubic};
+use super::bspline::{ORDERS, WEIGHTS, weight};
 use super::plan::{ControlPoints, Fine, Pose, SubPatch};
-use crate::kernel::LANES;
+use crate::kernel::{LANES, PART, Part};
 use crate::real::Real;
 use crate::scheme::SplitKind;
+use fearless_simd::Simd;
 
-/// Control points, component by component.
-pub(crate) type Control<T, const N: usize> = [[T; LANES]; N];
+/// Control points, four rows of four: of point `4 j + i` component `c` at `4 i + c` of row `j`.
+pub(super) type Panel<T> = [[T; LANES]; 4];
 
-/// Rows of position, and of `∂u ∂v` (`R = 3`), and of `∂uu ∂uv ∂vv` (`R = 6`), component by component, `W` samples.
-pub(crate) type Block<T, const N: usize, const R: usize, const W: usize> = [[[T; W]; N]; R];
+/// Factors of derivatives: those in the face's `u`, then `v`, from those in the piece's `s` and `t`.
+pub(super) type Turn<T> = [[T; 2]; 2];
 
-/// Factors of first and second derivatives.
-type Turn<T> = ([[T; 2]; 2], [[T; 3]; 3]);
-
-/// A sub-patch of one face: its control points and how it lies in the face.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece<T, const N: usize> {
-    split: SplitKind,
-    points: Control<T, N>,
-    fine: Option<(Fine, Control<T, N>)>,
-    /// What the control points are relative to.
-    origin: [T; N],
-    /// Derivatives in the face's parameters from those in the piece's, first and second ones; none where they are the same.
-    turn: Option<Turn<T>>,
-}
-
-impl<T: Real, const N: usize> Piece<T, N> {
-    /// The piece of a face whose ring is given relative to `base`.
-    #[inline(always)]
-    pub fn new(
-        matrices: &SubPatch<T>,
-        pose: Pose,
-        split: SplitKind,
-        base: [T; N],
-        ring: impl Fn(usize) -> [T; N],
-    ) -> Self {
-        let mut origin = base;
-        if let Some(weights) = &matrices.origin {
-            let mut sum = [T::default(); N];
-            for p in 0..weights.len() {
-                let (w, point) = (weights[p], ring(p));
-                for c in 0..N {
-                    sum[c] = sum[c] + w * point[c];
-                }
-            }
-            for c in 0..N {
-                origin[c] = base[c] + sum[c];
-            }
-        }
-        let points = match &matrices.points {
-            ControlPoints::Chosen(chosen) => {
-                let mut points = [[T::default(); LANES]; N];
-                for k in 0..LANES {
-                    let point = ring(usize::from(chosen[k]));
-                    for c in 0..N {
-                        points[c][k] = point[c];
-                    }
-                }
-                points
-            }
-            ControlPoints::Weighted(blocks) => weighted(blocks, &ring),
-        };
-        let fine = match &matrices.fine {
-            Some((fine, blocks)) => Some((*fine, weighted(blocks, &ring))),
-            None => None,
-        };
-        Self { split, points, fine, origin, turn: turns(pose, split) }
-    }
-
-    /// Position and derivatives at parameters of the piece.
-    #[inline(always)]
-    pub fn block<const R: usize, const W: usize>(&self, s: &[T; W], t: &[T; W]) -> Block<T, N, R, W> {
-        let mut rows = match (self.split, &self.fine) {
-            (SplitKind::Quads, None) => bicubic::<T, N, R, W>(&self.points, s, t),
-            (SplitKind::Quads, Some((fine, points))) => parted::<T, N, R, W>(&self.points, *fine, points, s, t),
-            (SplitKind::Triangles, None) => quartic::<T, N, R, W>(&self.points, &self.points, s, t),
-            (SplitKind::Triangles, Some((_, points))) => quartic::<T, N, R, W>(&self.points, points, s, t),
-        };
-        for c in 0..N {
-            for k in 0..W {
-                rows[0][c][k] = self.origin[c] + rows[0][c][k];
-            }
-        }
-        if let Some((turn, bend)) = &self.turn {
-            for c in 0..N {
-                for k in 0..W {
-                    if R > 1 {
-                        let [s, t] = [rows[1][c][k], rows[2][c][k]];
-                        rows[1][c][k] = turn[0][0] * s + turn[0][1] * t;
-                        rows[2][c][k] = turn[1][0] * s + turn[1][1] * t;
-                    }
-                    if R > 3 {
-                        let [ss, st, tt] = [rows[3][c][k], rows[4][c][k], rows[5][c][k]];
-                        for r in 0..3 {
-                            rows[3 + r][c][k] = bend[r][0] * ss + bend[r][1] * st + bend[r][2] * tt;
-                        }
-                    }
-                }
-            }
-        }
-        rows
-    }
-}
-
-/// The factors of derivatives, unless they stay as they are.
+/// The factors of a piece; none where derivatives stay as they are.
 #[inline(always)]
-fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
+pub(super) fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
     if pose.is_plain() {
         return None;
     }
-    let (jacobian, second) = (pose.jacobian(split), pose.second(split));
-    let (mut turn, mut bend) = ([[T::default(); 2]; 2], [[T::default(); 3]; 3]);
-    for i in 0..2 {
-        for j in 0..2 {
-            turn[i][j] = T::from_f64(jacobian[i][j]);
+    let [u, v] = pose.jacobian(split);
+    Some([[T::from_f64(u[0]), T::from_f64(u[1])], [T::from_f64(v[0]), T::from_f64(v[1])]])
+}
+
+/// A part of a sub-patch of a face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece<T> {
+    panel: Panel<T>,
+    /// What the control points are relative to.
+    origin: Part<T>,
+    /// Factors of derivatives.
+    turn: Option<Turn<T>>,
+    /// What further control points are for; they are in a panel of their own.
+    pub fine: Option<Fine>,
+}
+
+impl<T: Real> Piece<T> {
+    /// That of a face whose ring is given relative to `base`.
+    #[inline(always)]
+    pub fn new<S: Simd, const N: usize>(
+        simd: S,
+        matrices: &SubPatch<T>,
+        turn: Option<Turn<T>>,
+        base: Part<T>,
+        ring: impl Fn(usize) -> Part<T> + Copy,
+    ) -> Self {
+        let (mut panel, mut origin) = ([[T::default(); LANES]; 4], base);
+        match &matrices.points {
+            ControlPoints::Chosen(chosen) => {
+                for (k, point) in panel.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
+                    *point = ring(usize::from(chosen[k]));
+                }
+            }
+            ControlPoints::Weighted(blocks) => panel = weighted::<T, S, N>(simd, blocks, ring),
         }
-    }
-    for i in 0..3 {
-        for j in 0..3 {
-            bend[i][j] = T::from_f64(second[i][j]);
+        if let Some(weights) = &matrices.origin {
+            let mut sum = [T::default(); PART];
+            for p in 0..weights.len() {
+                let (w, point) = (weights[p], ring(p));
+                for c in 0..PART {
+                    sum[c] = sum[c] + w * point[c];
+                }
+            }
+            for c in 0..PART {
+                origin[c] = base[c] + sum[c];
+            }
         }
+        Self { panel, origin, turn, fine: matrices.fine.as_ref().map(|(fine, _)| *fine) }
     }
-    Some((turn, bend))
+
+    /// A sample in the piece's own parameters, `s` and number `k` of those that `across` was made of: position,
+    /// derivatives in the face's parameters `u`, `v` (`R = 3`), and `uu`, `uv`, `vv` (`R = 6`).
+    #[inline(always)]
+    pub fn sample<S: Simd, const R: usize, const W: usize>(
+        &self,
+        simd: S,
+        split: SplitKind,
+        finer: Option<&Panel<T>>,
+        [s, t]: [T; 2],
+        (across, k): (&Curves<T, W>, usize),
+    ) -> [Part<T>; R] {
+        let fine = match (self.fine, finer) {
+            (Some(fine), Some(finer)) => Some((fine, finer)),
+            _ => None,
+        };
+        let mut values = match split {
+            SplitKind::Quads => bicubic::<T, S, R, W>(simd, &self.panel, fine, s, across, k),
+            SplitKind::Triangles => quartic::<T, R>(&self.panel, fine, s, t),
+        };
+        for c in 0..PART {
+            values[0][c] = self.origin[c] + values[0][c];
+        }
+        if let Some([u, v]) = &self.turn {
+            if R > 1 {
+                let [s, t] = [values[1], values[2]];
+                for c in 0..PART {
+                    values[1][c] = u[0] * s[c] + u[1] * t[c];
+                    values[2][c] = v[0] * s[c] + v[1] * t[c];
+                }
+            }
+            if R > 3 {
+                let [ss, st, tt] = [values[3], values[4], values[5]];
+                // Products of powers of two, so exact.
+                for (r, [a, b]) in [[u, u], [u, v], [v, v]].into_iter().enumerate() {
+                    let bend = [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[1] * b[1]];
+                    for c in 0..PART {
+                        values[3 + r][c] = bend[0] * ss[c] + bend[1] * st[c] + bend[2] * tt[c];
+                    }
+                }
+            }
+        }
+        values
+    }
 }
 
 /// Control points from their weights over the ring.
 #[inline(always)]
-fn weighted<T: Real, const N: usize>(blocks: &[[T; LANES]], ring: &impl Fn(usize) -> [T; N]) -> Control<T, N> {
-    let mut points = [[T::default(); LANES]; N];
+pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
+    simd: S,
+    blocks: &[[T; LANES]],
+    ring: impl Fn(usize) -> Part<T> + Copy,
+) -> Panel<T> {
+    let mut sums = [T::splat(simd, T::default()); PART];
     for p in 0..blocks.len() {
-        let (weights, point) = (&blocks[p], ring(p));
-        for c in 0..N {
-            for k in 0..LANES {
-                points[c][k] = points[c][k] + weights[k] * point[c];
-            }
+        let (weights, point) = (T::load(simd, &blocks[p]), ring(p));
+        for c in 0..if N < PART { N } else { PART } {
+            sums[c] = T::plus(simd, sums[c], T::times(simd, weights, T::splat(simd, point[c])));
         }
     }
-    points
+    // From one component of all points to all components of one.
+    let ([xz, yw], mut panel) = ([[sums[0], sums[2]], [sums[1], sums[3]]], [[T::default(); LANES]; 4]);
+    let (xz, yw) = (T::zip(simd, xz[0], xz[1]), T::zip(simd, yw[0], yw[1]));
+    for half in 0..2 {
+        let [low, high] = T::zip(simd, xz[half], yw[half]);
+        T::store(simd, low, &mut panel[2 * half]);
+        T::store(simd, high, &mut panel[2 * half + 1]);
+    }
+    panel
 }
 
 /// Weights of curves at `W` parameters, by order of differentiation and control point.
-type Curves<T, const W: usize> = [[[T; W]; 4]; 3];
+pub(super) type Curves<T, const W: usize> = [[[T; W]; 4]; 3];
 
 #[inline(always)]
-fn curves<T: Real, const W: usize>(t: &[T; W]) -> Curves<T, W> {
+pub(super) fn curves<T: Real, const W: usize>(t: &[T; W]) -> Curves<T, W> {
     let mut weights = [[[T::default(); W]; 4]; 3];
-    for k in 0..W {
-        let basis = cubic(t[k]);
-        for order in 0..3 {
-            for i in 0..4 {
-                weights[order][i][k] = basis[order][i];
+    for i in 0..4 {
+        for k in 0..W {
+            let at = weight(t[k], i);
+            for order in 0..3 {
+                weights[order][i][k] = at[order];
             }
         }
     }
     weights
 }
 
-/// A bicubic patch, in its own parameters.
+/// A sample of a bicubic patch, some derivatives from finer control points.
 #[inline(always)]
-fn bicubic<T: Real, const N: usize, const R: usize, const W: usize>(
-    points: &Control<T, N>,
-    s: &[T; W],
-    t: &[T; W],
-) -> Block<T, N, R, W> {
-    let (along, across) = (curves(s), curves(t));
-    let mut rows = [[[T::default(); W]; N]; R];
-    for c in 0..N {
-        for j in 0..4 {
-            let value = line(&points[c], j, &along[0]);
-            add(&mut rows[0][c], &across[0][j], &value);
-            if R > 1 {
-                let slope = line(&points[c], j, &along[1]);
-                add(&mut rows[1][c], &across[0][j], &slope);
-                add(&mut rows[2][c], &across[1][j], &value);
-                if R > 3 {
-                    let bend = line(&points[c], j, &along[2]);
-                    add(&mut rows[3][c], &across[0][j], &bend);
-                    add(&mut rows[4][c], &across[1][j], &slope);
-                    add(&mut rows[5][c], &across[2][j], &value);
-                }
+fn bicubic<T: Real, S: Simd, const R: usize, const W: usize>(
+    simd: S,
+    panel: &Panel<T>,
+    fine: Option<(Fine, &Panel<T>)>,
+    s: T,
+    across: &Curves<T, W>,
+    k: usize,
+) -> [Part<T>; R] {
+    let along = along(simd, s);
+    let rows = combined::<T, S, R, W>(simd, panel, across, k);
+    let mut values = [[T::default(); PART]; R];
+    match fine {
+        None => {
+            for r in 0..R {
+                let (in_s, in_t) = ORDERS[r];
+                values[r] = T::quarters(simd, T::times(simd, along[in_s], rows[in_t]));
+            }
+        }
+        Some((fine, finer)) => {
+            let finer = combined::<T, S, R, W>(simd, finer, across, k);
+            for r in 0..R {
+                let (in_s, in_t) = ORDERS[r];
+                let rows = if fine.serves(r) { &finer } else { &rows };
+                values[r] = T::quarters(simd, T::times(simd, along[in_s], rows[in_t]));
             }
         }
     }
-    rows
+    values
 }
 
-/// The same, some derivatives from finer control points.
+/// Weights of curves at `s`, each four times: those of [`weight`].
 #[inline(always)]
-fn parted<T: Real, const N: usize, const R: usize, const W: usize>(
-    points: &Control<T, N>,
-    fine: Fine,
-    finer: &Control<T, N>,
-    s: &[T; W],
-    t: &[T; W],
-) -> Block<T, N, R, W> {
-    let (along, across) = (curves(s), curves(t));
-    let mut rows = [[[T::default(); W]; N]; R];
-    for order in 0..R {
-        let points = if fine.serves(order) { finer } else { points };
-        let (in_s, in_t) = ORDERS[order];
-        for c in 0..N {
-            for j in 0..4 {
-                let line = line(&points[c], j, &along[in_s]);
-                add(&mut rows[order][c], &across[in_t][j], &line);
-            }
+fn along<T: Real, S: Simd>(simd: S, s: T) -> [T::Block<S>; 3] {
+    let [a, b, c] = WEIGHTS.value;
+    let ([d, e], [f, g]) = (WEIGHTS.slope, WEIGHTS.bend);
+    let x: T::Block<S> = fourfold::<T, S>(simd, &WEIGHTS.x[0]);
+    let x = T::plus(simd, x, T::times(simd, fourfold::<T, S>(simd, &WEIGHTS.x[1]), T::splat(simd, s)));
+    let linear = |a: &[f64; 4], b: &[f64; 4]| {
+        T::plus(simd, fourfold::<T, S>(simd, a), T::times(simd, fourfold::<T, S>(simd, b), x))
+    };
+    [
+        T::plus(simd, fourfold::<T, S>(simd, &a), T::times(simd, T::times(simd, x, x), linear(&b, &c))),
+        T::times(simd, x, linear(&d, &e)),
+        linear(&f, &g),
+    ]
+}
+
+/// Four constants, each four times.
+#[inline(always)]
+fn fourfold<T: Real, S: Simd>(simd: S, constants: &[f64; 4]) -> T::Block<S> {
+    let mut all = [T::default(); LANES];
+    for k in 0..LANES {
+        all[k] = T::from_f64(constants[k / 4]);
+    }
+    T::load(simd, &all)
+}
+
+/// The rows of a panel, combined with weights and their derivatives.
+#[inline(always)]
+fn combined<T: Real, S: Simd, const R: usize, const W: usize>(
+    simd: S,
+    panel: &Panel<T>,
+    across: &Curves<T, W>,
+    k: usize,
+) -> [T::Block<S>; 3] {
+    let mut sums = [T::splat(simd, T::default()); 3];
+    let orders = if R == 1 { 1 } else { 1 + R / 3 };
+    for order in 0..orders {
+        let mut sum = T::times(simd, T::splat(simd, across[order][0][k]), T::load(simd, &panel[0]));
+        for j in 1..4 {
+            sum = T::plus(simd, sum, T::times(simd, T::splat(simd, across[order][j][k]), T::load(simd, &panel[j])));
         }
+        sums[order] = sum;
     }
-    rows
+    sums
 }
 
-/// Row `j` of control points, combined.
+/// A sample of a quartic patch: Horner's rule in t, then in s, derivatives alongside; second ones from control points of
+/// their own where there are such.
 #[inline(always)]
-fn line<T: Real, const W: usize>(points: &[T; LANES], j: usize, basis: &[[T; W]; 4]) -> [T; W] {
-    let mut sum = [T::default(); W];
-    for k in 0..W {
-        sum[k] = basis[0][k] * points[4 * j];
+fn quartic<T: Real, const R: usize>(panel: &Panel<T>, fine: Option<(Fine, &Panel<T>)>, s: T, t: T) -> [Part<T>; R] {
+    let mut values = [[T::default(); PART]; R];
+    let [value, first, bend] = horner(panel, s, t);
+    values[0] = value[0];
+    if R > 1 {
+        (values[1], values[2]) = (value[1], first[0]);
     }
-    for i in 1..4 {
-        for k in 0..W {
-            sum[k] = sum[k] + basis[i][k] * points[4 * j + i];
-        }
+    if R > 3 {
+        let [value, first, bend] = match fine {
+            Some((_, finer)) => horner(finer, s, t),
+            None => [value, first, bend],
+        };
+        (values[3], values[4], values[5]) = (value[2], first[1], bend[0]);
     }
-    sum
-}
-
-#[inline(always)]
-fn add<T: Real, const W: usize>(sum: &mut [T; W], weight: &[T; W], value: &[T; W]) {
-    for k in 0..W {
-        sum[k] = sum[k] + weight[k] * value[k];
-    }
-}
-
-/// A quartic patch, in its own parameters: Horner's rule in t, then in s, derivatives alongside; second ones from control
-/// points of their own.
-#[inline(always)]
-fn quartic<T: Real, const N: usize, const R: usize, const W: usize>(
-    points: &Control<T, N>,
-    second: &Control<T, N>,
-    s: &[T; W],
-    t: &[T; W],
-) -> Block<T, N, R, W> {
-    let mut rows = [[[T::default(); W]; N]; R];
-    for c in 0..N {
-        for k in 0..W {
-            let [value, first, _] = horner(&points[c], s[k], t[k]);
-            rows[0][c][k] = value[0];
-            if R > 1 {
-                (rows[1][c][k], rows[2][c][k]) = (value[1], first[0]);
-            }
-            if R > 3 {
-                let [value, first, bend] = horner(&second[c], s[k], t[k]);
-                (rows[3][c][k], rows[4][c][k], rows[5][c][k]) = (value[2], first[1], bend[0]);
-            }
-        }
-    }
-    rows
+    values
 }
 
 /// The derivatives of a quartic: entry `[i][j]` is `i` times in t and `j` times in s, up to the second.
 #[inline(always)]
-fn horner<T: Real>(coefficients: &[T; LANES], s: T, t: T) -> [[T; 3]; 3] {
+fn horner<T: Real>(panel: &Panel<T>, s: T, t: T) -> [[Part<T>; 3]; 3] {
     const FIRST: [usize; 5] = [0, 5, 9, 12, 14];
-    let (zero, two) = (T::default(), T::from_f64(2.0));
-    let mut out = [[zero; 3]; 3];
+    let two = T::from_f64(2.0);
+    let mut out = [[[T::default(); PART]; 3]; 3];
     for p in [4, 3, 2, 1, 0] {
         // The polynomial in t that stands at s^p.
-        let mut column = [zero; 3];
+        let mut column = [[T::default(); PART]; 3];
         for q in [4, 3, 2, 1, 0] {
             if p + q <= 4 {
-                column[2] = column[2] * t + two * column[1];
-                column[1] = column[1] * t + column[0];
-                column[0] = column[0] * t + coefficients[FIRST[p] + q];
+                let k = FIRST[p] + q;
+                for c in 0..PART {
+                    column[2][c] = column[2][c] * t + two * column[1][c];
+                    column[1][c] = column[1][c] * t + column[0][c];
+                    column[0][c] = column[0][c] * t + panel[k / 4][4 * (k % 4) + c];
+                }
             }
         }
         for i in 0..3 {
-            out[i][2] = out[i][2] * s + two * out[i][1];
-            out[i][1] = out[i][1] * s + out[i][0];
-            out[i][0] = out[i][0] * s + column[i];
+            for c in 0..PART {
+                out[i][2][c] = out[i][2][c] * s + two * out[i][1][c];
+                out[i][1][c] = out[i][1][c] * s + out[i][0][c];
+                out[i][0][c] = out[i][0][c] * s + column[i][c];
+            }
         }
     }
     out

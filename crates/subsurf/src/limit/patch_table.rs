@@ -194,6 +194,19 @@ impl PatchTable {
         assert!(!beyond, "parameters ({}, {}) lie outside the triangle u + v <= 1", u, v);
     }
 
+    /// The same for many at once.
+    #[inline(always)]
+    pub(crate) fn check_all<const W: usize>(&self, u: &[f64; W], v: &[f64; W]) {
+        let most = if self.scheme.split() == SplitKind::Triangles { 1.0 + 4.0 * f64::EPSILON } else { 2.0 };
+        let mut inside = true;
+        for k in 0..W {
+            inside &= (u[k] >= 0.0) & (u[k] <= 1.0) & (v[k] >= 0.0) & (v[k] <= 1.0) & (u[k] + v[k] <= most);
+        }
+        if !inside {
+            u.iter().zip(v).for_each(|(&u, &v)| self.check_parameters(u, v));
+        }
+    }
+
     /// Where the corner at the start of `h` lies in the face of `h`.
     pub fn corner_location(&self, h: HalfEdge) -> Location {
         let face = self.topology.face(h);

@@ -19,6 +19,8 @@ mod fan_mesh;
 mod grid_jobs;
 mod grid_weights;
 mod lattice;
+mod leaf;
+mod place_weights;
 mod refined_points;
 mod sub_patches;
 

@@ -1,60 +1,62 @@
-//! Samples of one patch: its ring is gathered once, each sub-patch's control points are formed once, and samples of a
-//! sub-patch are evaluated side by side. One location by itself takes the same way in `f64`.
+//! Samples of one patch: its ring is gathered once, each sub-patch's control points are formed once. One location by itself
+//! takes the same way in `f64`.
 
-use super::LimitSurface;
 use super::batch::Exceptional;
-use super::lanes::{Block, Piece};
-use super::plan::{Plan, Spot};
-use crate::kernel::vectorized;
+use super::lanes::{Panel, Piece, curves, turns, weighted};
+use super::plan::{ControlPoints, Plan, Spot, SubPatch};
+use super::{LimitSurface, PatchTable};
+use crate::kernel::{LANES, Lanes, PART, Part, Parts, put};
 use crate::real::{Real, round};
-
-/// Samples side by side. Larger: more idle lanes where sub-patches are small; smaller: vectors are not filled.
-const WIDTH: usize = 8;
-
-/// What samples that no sub-patch covers have for a number.
-const NONE: u32 = u32::MAX;
+use crate::scheme::SplitKind;
+use fearless_simd::{Level, Simd, dispatch};
 
 /// A patch and its samples.
-pub(super) struct Sampler<T, const N: usize> {
+pub(super) struct Sampler<T> {
     patch: usize,
-    /// The ring relative to the base.
-    ring: Vec<[T; N]>,
-    base: [T; N],
-    /// Sub-patches that were met, and what tells them apart.
-    pieces: Vec<Piece<T, N>>,
-    names: Vec<usize>,
-    /// Samples in order: number of the sub-patch, and parameters there.
-    found: Vec<(u32, T, T)>,
-    /// Samples by sub-patch.
-    sorted: Sorted<T>,
+    /// The ring relative to its first point, part after part; gathered when a sub-patch needs it.
+    ring: Vec<Part<T>>,
+    /// Sub-patches that were met, all parts of each.
+    pieces: Vec<Piece<T>>,
+    /// Their finer control points; nothing of use where there are none.
+    finer: Vec<Panel<T>>,
+    /// By a sub-patch's number in its plan: the visit in which it was met, and its place among the pieces.
+    met: Vec<[u32; 2]>,
+    visit: u32,
     exceptional: Vec<Exceptional>,
 }
 
-/// Samples with their parameters.
-struct Sorted<T> {
-    /// End of the samples of every sub-patch.
-    ends: Vec<u32>,
-    samples: Vec<u32>,
-    s: Vec<T>,
-    t: Vec<T>,
+/// Up to [`LANES`] samples of pieces.
+struct Lot<T> {
+    count: usize,
+    s: [T; LANES],
+    t: [T; LANES],
+    piece: [u32; LANES],
+    sample: [u32; LANES],
 }
 
-impl<T: Real, const N: usize> Default for Sampler<T, N> {
+impl<T: Real> Lot<T> {
+    #[inline(always)]
+    fn new() -> Self {
+        let zero = [T::default(); LANES];
+        Self { count: 0, s: zero, t: zero, piece: [0; LANES], sample: [0; LANES] }
+    }
+}
+
+impl<T> Default for Sampler<T> {
     fn default() -> Self {
         Self {
             patch: usize::MAX,
             ring: Vec::new(),
-            base: [T::default(); N],
             pieces: Vec::new(),
-            names: Vec::new(),
-            found: Vec::new(),
-            sorted: Sorted { ends: Vec::new(), samples: Vec::new(), s: Vec::new(), t: Vec::new() },
+            finer: Vec::new(),
+            met: Vec::new(),
+            visit: 0,
             exceptional: Vec::new(),
         }
     }
 }
 
-impl<T: Real, const N: usize> Sampler<T, N> {
+impl<T: Real> Sampler<T> {
     /// The exceptional samples so far, in order, if the first sample is number `first`.
     pub fn take_exceptional(&mut self, first: usize) -> Vec<Exceptional> {
         let mut all = std::mem::take(&mut self.exceptional);
@@ -63,122 +65,203 @@ impl<T: Real, const N: usize> Sampler<T, N> {
         all
     }
 
-    /// Goes to a patch; false in holes.
-    pub fn meet<V: Real>(&mut self, surface: &LimitSurface<'_, V, N>, patch: usize) -> bool {
-        if surface.table.patch_plan(patch).is_none() {
-            return false;
+    /// Goes to a patch, or stays there.
+    #[inline]
+    pub fn meet(&mut self, patch: usize) {
+        if patch == self.patch {
+            return;
         }
         self.patch = patch;
-        let ring = surface.table.ring(patch);
-        let point = |v: u32| -> [T; N] {
-            let value = &surface.points[v as usize];
-            std::array::from_fn(|c| T::from_f64(value[c].to_f64()))
-        };
-        let base = point(ring[0]);
-        self.base = base;
         self.ring.clear();
-        self.ring.extend(ring.iter().map(|&v| {
-            let point = point(v);
-            std::array::from_fn(|c| point[c] - base[c])
-        }));
         self.pieces.clear();
-        self.names.clear();
-        true
+        self.finer.clear();
+        self.visit = self.visit.checked_add(1).unwrap_or_else(|| {
+            self.met.clear();
+            1
+        });
     }
 
-    /// Writes the rows of samples in a hole.
-    pub fn skip<const R: usize>(&mut self, samples: &[u32], rows: &mut [[[T; N]; R]]) {
-        for &i in samples {
-            rows[i as usize] = [[T::default(); N]; R];
-            self.exceptional.push(Exceptional { sample: i as usize, derivatives: None });
-        }
-    }
-
-    /// Evaluates samples of the patch, at parameters `[u, v]`.
-    pub fn run<V: Real, const R: usize>(
+    /// Evaluates samples of the patch: the `k`-th is number `sample(k)`, at the parameters `place(k)`. Rows in holes are zero.
+    #[inline]
+    pub fn run<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
-        samples: &[u32],
-        place: impl Fn(u32) -> [f64; 2],
+        count: usize,
+        sample: impl Fn(usize) -> u32,
+        place: impl Fn(usize) -> [f64; 2],
         rows: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
-        let plan = table.plan(table.patch_plan(self.patch).expect("holes have no samples"));
+        let Some(plan) = table.patch_plan(self.patch) else {
+            return (0..count).for_each(|k| {
+                let [u, v] = place(k);
+                table.check_parameters(u, v);
+                self.skip(sample(k), rows);
+            });
+        };
+        let plan = table.plan(plan);
         let turn = table.turn(self.patch);
         let split = table.scheme().split();
+        let mut lot = Lot::new();
         if let Some(spot) = plan.whole_spot(turn) {
             if self.pieces.is_empty() {
-                let piece = self.piece(plan, &spot, (0.5, 0.25, turn), surface);
-                self.pieces.push(piece);
+                self.add_piece(surface, plan, &spot, [0.5, 0.25]);
             }
-            self.sorted.whole(samples, |i| {
-                let [u, v] = place(i);
-                spot.whole(split, u, v)
-            });
-            return self.evaluate(rows);
+            return self.evaluate_whole(table, &spot, count, sample, place, rows);
         }
-        self.found.clear();
-        for &i in samples {
-            let [u, v] = place(i);
+        for number in 0..count {
+            let (i, [u, v]) = (sample(number), place(number));
+            table.check_parameters(u, v);
             let Some(spot) = plan.spot(u, v, turn) else {
-                self.found.push((NONE, T::default(), T::default()));
                 self.exception(surface, [u, v], i, rows);
                 continue;
             };
-            let name = spot.piece();
-            let number = match self.names.iter().position(|&known| known == name) {
-                Some(number) => number,
-                None => {
-                    let piece = self.piece(plan, &spot, (u, v, turn), surface);
-                    self.pieces.push(piece);
-                    self.names.push(name);
-                    self.names.len() - 1
+            let number = spot.piece() as usize;
+            let piece = match self.met.get(number) {
+                Some(&[visit, piece]) if visit == self.visit => piece,
+                _ => {
+                    if number >= self.met.len() {
+                        self.met.resize(number + 1, [0; 2]);
+                    }
+                    let piece = self.pieces.len() as u32;
+                    self.met[number] = [self.visit, piece];
+                    self.add_piece(surface, plan, &spot, [u, v]);
+                    piece
                 }
             };
-            self.found.push((number as u32, T::from_f64(spot.s), T::from_f64(spot.t)));
+            let k = lot.count;
+            (lot.s[k], lot.t[k]) = (T::from_f64(spot.s), T::from_f64(spot.t));
+            (lot.piece[k], lot.sample[k]) = (piece, i);
+            lot.count += 1;
+            if lot.count == LANES {
+                self.evaluate(&lot, split, rows);
+                lot.count = 0;
+            }
         }
-        self.sorted.sort(samples, &self.found, self.pieces.len());
-        self.evaluate(rows);
+        if lot.count > 0 {
+            self.evaluate(&lot, split, rows);
+        }
     }
 
-    /// Evaluates the sorted samples.
-    fn evaluate<const R: usize>(&self, rows: &mut [[[T; N]; R]]) {
-        let (pieces, sorted) = (&self.pieces, &self.sorted);
-        vectorized(
-            #[inline(always)]
-            || sorted.evaluate(pieces, rows),
-        );
-    }
-
-    /// Forms the control points of the sub-patch at a spot.
-    fn piece<V: Real>(
+    /// Evaluates samples of a piece that is the whole patch.
+    fn evaluate_whole<const N: usize, const R: usize>(
         &self,
+        table: &PatchTable,
+        spot: &Spot<'_>,
+        count: usize,
+        sample: impl Fn(usize) -> u32,
+        place: impl Fn(usize) -> [f64; 2],
+        rows: &mut [[[T; N]; R]],
+    ) {
+        let split = table.scheme().split();
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut start = 0;
+                while start < count {
+                    let lanes = if count - start < LANES { count - start } else { LANES };
+                    let (mut u, mut v, mut samples) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
+                    for k in 0..lanes {
+                        samples[k] = sample(start + k);
+                        [u[k], v[k]] = place(start + k);
+                    }
+                    table.check_all(&u, &v);
+                    spot.whole(split, &mut u, &mut v);
+                    let (mut s, mut t) = ([T::default(); LANES], [T::default(); LANES]);
+                    for k in 0..LANES {
+                        (s[k], t[k]) = (T::from_f64(u[k]), T::from_f64(v[k]));
+                    }
+                    let across = curves::<T, LANES>(&t);
+                    for part in 0..N.div_ceil(PART) {
+                        let piece = &self.pieces[part];
+                        for k in 0..lanes {
+                            let row = &mut rows[samples[k] as usize];
+                            put(&piece.sample::<_, R, LANES>(simd, split, None, [s[k], t[k]], (&across, k)), PART * part, row);
+                        }
+                    }
+                    start += LANES;
+                }
+            }
+        ));
+    }
+
+    /// Evaluates a lot.
+    fn evaluate<const N: usize, const R: usize>(&self, lot: &Lot<T>, split: SplitKind, rows: &mut [[[T; N]; R]]) {
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let across = curves::<T, LANES>(&lot.t);
+                for k in 0..if lot.count < LANES { lot.count } else { LANES } {
+                    let row = &mut rows[lot.sample[k] as usize];
+                    for part in 0..N.div_ceil(PART) {
+                        let number = lot.piece[k] as usize + part;
+                        let piece = &self.pieces[number];
+                        let finer = if piece.fine.is_some() { Some(&self.finer[number]) } else { None };
+                        let at = [lot.s[k], lot.t[k]];
+                        put(&piece.sample::<_, R, LANES>(simd, split, finer, at, (&across, k)), PART * part, row);
+                    }
+                }
+            }
+        ));
+    }
+
+    /// Forms the control points of the sub-patch at a spot, which is that of `u`, `v`.
+    fn add_piece<V: Real, const N: usize>(
+        &mut self,
+        surface: &LimitSurface<'_, V, N>,
         plan: Plan<'_>,
         spot: &Spot<'_>,
-        at: (f64, f64, u8),
-        surface: &LimitSurface<'_, V, N>,
-    ) -> Piece<T, N> {
-        let split = surface.table.scheme().split();
-        plan.with_piece::<T, _>(spot, at, |matrices| {
-            vectorized(
+        [u, v]: [f64; 2],
+    ) {
+        let table = surface.table;
+        let (ring, split) = (table.ring(self.patch), table.scheme().split());
+        let turn = turns(spot.pose, split);
+        plan.with_piece::<T, _>(spot, (u, v, table.turn(self.patch)), |matrices| {
+            dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
-                    Piece::new(
-                        matrices,
-                        spot.pose,
-                        split,
-                        self.base,
-                        #[inline(always)]
-                        |p| self.ring[p],
-                    )
-                },
-            )
-        })
+                    for part in 0..N.div_ceil(PART) {
+                        let points = Parts::new(surface.points, PART * part);
+                        let base: Part<T> = points.rounded(ring[0] as usize);
+                        if let (ControlPoints::Chosen(_), None, None) = (&matrices.points, &matrices.origin, &matrices.fine) {
+                            self.pieces.push(Piece::new::<_, N>(
+                                simd,
+                                matrices,
+                                turn,
+                                base,
+                                #[inline(always)]
+                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
+                            ));
+                            continue;
+                        }
+                        let start = part * ring.len();
+                        if self.ring.len() == start {
+                            for &point in ring {
+                                self.ring.push(T::apart(simd, points.rounded(point as usize), base));
+                            }
+                        }
+                        let gathered = &self.ring[start..start + ring.len()];
+                        self.pieces.push(Piece::new::<_, N>(simd, matrices, turn, base, #[inline(always)] |p| gathered[p]));
+                        if let Some((_, blocks)) = &matrices.fine {
+                            self.finer.resize(self.pieces.len() - 1, [[T::default(); LANES]; 4]);
+                            self.finer.push(weighted::<T, _, N>(simd, blocks, #[inline(always)] |p| gathered[p]));
+                        }
+                    }
+                }
+            ));
+        });
+    }
+
+    /// Writes the row of a sample in a hole.
+    #[cold]
+    fn skip<const N: usize, const R: usize>(&mut self, sample: u32, rows: &mut [[[T; N]; R]]) {
+        rows[sample as usize] = [[T::default(); N]; R];
+        self.exceptional.push(Exceptional { sample: sample as usize, derivatives: None });
     }
 
     /// Evaluates a sample that no sub-patch covers.
     #[cold]
-    fn exception<V: Real, const R: usize>(
+    fn exception<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
         [u, v]: [f64; 2],
@@ -196,76 +279,6 @@ impl<T: Real, const N: usize> Sampler<T, N> {
     }
 }
 
-impl<T: Real> Sorted<T> {
-    /// Takes samples that are all in one sub-patch, at `local` parameters.
-    fn whole(&mut self, samples: &[u32], local: impl Fn(u32) -> [f64; 2]) {
-        self.ends.clear();
-        self.ends.push(samples.len() as u32);
-        self.samples.clear();
-        self.samples.extend_from_slice(samples);
-        self.s.resize(samples.len(), T::default());
-        self.t.resize(samples.len(), T::default());
-        for ((&sample, s), t) in samples.iter().zip(&mut self.s).zip(&mut self.t) {
-            let [a, b] = local(sample);
-            (*s, *t) = (T::from_f64(a), T::from_f64(b));
-        }
-    }
-
-    /// Sorts samples by sub-patch.
-    fn sort(&mut self, samples: &[u32], found: &[(u32, T, T)], pieces: usize) {
-        self.ends.clear();
-        self.ends.resize(pieces + 1, 0);
-        for &(number, ..) in found.iter().filter(|at| at.0 != NONE) {
-            self.ends[number as usize + 1] += 1;
-        }
-        (0..pieces).for_each(|p| self.ends[p + 1] += self.ends[p]);
-        let count = self.ends[pieces] as usize;
-        self.samples.resize(count, 0);
-        self.s.resize(count, T::default());
-        self.t.resize(count, T::default());
-        for (&sample, &(number, s, t)) in samples.iter().zip(found).filter(|(_, at)| at.0 != NONE) {
-            // Starts become ends.
-            let at = self.ends[number as usize] as usize;
-            self.ends[number as usize] += 1;
-            (self.samples[at], self.s[at], self.t[at]) = (sample, s, t);
-        }
-        self.ends.pop();
-    }
-
-    #[inline(always)]
-    fn evaluate<const N: usize, const R: usize>(&self, pieces: &[Piece<T, N>], rows: &mut [[[T; N]; R]]) {
-        let mut at = 0;
-        for number in 0..self.ends.len() {
-            let end = self.ends[number] as usize;
-            while at < end {
-                let count = if end - at < WIDTH { end - at } else { WIDTH };
-                let (mut s, mut t) = ([T::default(); WIDTH], [T::default(); WIDTH]);
-                s[..count].copy_from_slice(&self.s[at..at + count]);
-                t[..count].copy_from_slice(&self.t[at..at + count]);
-                write(&pieces[number].block::<R, WIDTH>(&s, &t), &self.samples[at..at + count], rows);
-                at += count;
-            }
-        }
-    }
-}
-
-/// Writes the rows of a block's samples.
-#[inline(always)]
-fn write<T: Real, const N: usize, const R: usize, const W: usize>(
-    block: &Block<T, N, R, W>,
-    samples: &[u32],
-    rows: &mut [[[T; N]; R]],
-) {
-    for k in 0..samples.len() {
-        let row = &mut rows[samples[k] as usize];
-        for r in 0..R {
-            for c in 0..N {
-                row[r][c] = block[r][c][k];
-            }
-        }
-    }
-}
-
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// Position and derivatives at a location in a regular sub-patch.
     #[inline]
@@ -276,40 +289,43 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         spot: &Spot<'_>,
         [u, v]: [f64; 2],
     ) -> [[f64; N]; R] {
-        let split = self.table.scheme().split();
-        let ring = self.table.ring(patch);
-        let points = self.points;
-        let mut base = [0.0; N];
-        (0..N).for_each(|c| base[c] = points[ring[0] as usize][c].to_f64());
-        plan.with_piece::<f64, _>(spot, (u, v, self.table.turn(patch)), |matrices| {
-            vectorized(
+        let (ring, split) = (self.table.ring(patch), self.table.scheme().split());
+        let mut row = [[0.0; N]; R];
+        plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrices: &SubPatch<f64>| {
+            dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
-                    let piece = Piece::new(
-                        matrices,
-                        spot.pose,
-                        split,
-                        base,
-                        #[inline(always)]
-                        |p| {
-                            let point = &points[ring[p] as usize];
-                            let mut relative = [0.0; N];
-                            for c in 0..N {
-                                relative[c] = point[c].to_f64() - base[c];
-                            }
-                            relative
-                        },
-                    );
-                    let block = piece.block::<R, 1>(&[spot.s], &[spot.t]);
-                    let mut rows = [[0.0; N]; R];
-                    for r in 0..R {
-                        for c in 0..N {
-                            rows[r][c] = block[r][c][0];
-                        }
+                    for first in (0..N).step_by(PART) {
+                        let points = Parts::new(self.points, first);
+                        let base: Part<f64> = points.rounded(ring[0] as usize);
+                        let values = alone::<_, N, R>(
+                            simd,
+                            (matrices, spot, split),
+                            base,
+                            #[inline(always)]
+                            |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
+                        );
+                        put(&values, first, &mut row);
                     }
-                    rows
-                },
-            )
-        })
+                }
+            ));
+        });
+        row
     }
+}
+
+/// One sample of a piece whose ring is given relative to `base`.
+#[inline(always)]
+fn alone<S: Simd, const N: usize, const R: usize>(
+    simd: S,
+    (matrices, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
+    base: Part<f64>,
+    ring: impl Fn(usize) -> Part<f64> + Copy,
+) -> [Part<f64>; R] {
+    let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, ring);
+    let finer = match &matrices.fine {
+        Some((_, blocks)) => Some(weighted::<f64, _, N>(simd, blocks, ring)),
+        None => None,
+    };
+    piece.sample(simd, split, finer.as_ref(), [spot.s, spot.t], (&curves(&[spot.t]), 0))
 }

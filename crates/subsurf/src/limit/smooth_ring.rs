@@ -168,7 +168,7 @@ fn is_distinct_in_general(ring: &[u32]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gather::Fan;
+    use super::super::fans::Fan;
     use super::*;
     use crate::index::Vertex;
     use crate::mesh::ControlMesh;

@@ -86,14 +86,14 @@ impl SpecialVertex {
         let scale = subdominant(corner);
         let constant = (1.0, ones, limit.clone());
         let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
-        let linear = tangent::linear_modes(corner, &step);
+        let linear = tangent::linear_modes(corner, &step, &limit);
         let second = (!linear.is_empty()).then(|| {
             let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
             let modes = std::iter::once(constant).chain(halves).collect();
             DeflatedPowers::new(&step.a, after_linear(corner), modes)
         });
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
-        let tangents = tangent::Tangents::new(corner, &step);
+        let tangents = tangent::Tangents::new(corner, &step, &limit);
         Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents }
     }
 
@@ -244,13 +244,10 @@ fn eigen_form(corner: Corner, step: &LocalStep) -> Option<EigenForm> {
 
 /// The largest `m ≥ 0` with `big < 2^-m`, or 0 for `big = 1`.
 fn depth(big: f64) -> u32 {
-    if big >= 0.5 {
-        return 0;
-    }
-    // `big = f · 2^e` with `f` in [1/2, 1), so that `m = -e`.
+    // `big = f · 2^e` with `f` in [1/2, 1), so that `m = -e`; without a branch that depends on where the location happens to be.
     let exponent = |x: f64| (x.to_bits() >> 52) as i32 - 1022;
     let e = if big >= f64::MIN_POSITIVE { exponent(big) } else { exponent(big * 2f64.powi(64)) - 64 };
-    (-e) as u32
+    (-e).max(0) as u32
 }
 
 /// `x · 2^m` without overflow of the power.

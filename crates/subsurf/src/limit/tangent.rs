@@ -77,9 +77,14 @@ pub(crate) fn limit_mask(corner: Corner, step: &LocalStep) -> Vec<f64> {
             // Not the smooth mask: the dart edge breaks the symmetry. The other modes shrink by 0.66 or more a step.
             l[0] = 1.0;
             for _ in 0..200 {
-                l = times(&l, step);
-                let sum: f64 = l.iter().sum();
-                l.iter_mut().for_each(|w| *w /= sum);
+                let mut next = times(&l, step);
+                let sum: f64 = next.iter().sum();
+                next.iter_mut().for_each(|w| *w /= sum);
+                let is_still = next == l;
+                l = next;
+                if is_still {
+                    break;
+                }
             }
         }
     }
@@ -108,13 +113,14 @@ pub(crate) struct Tangents {
 }
 
 impl Tangents {
-    pub fn new(corner: Corner, step: &LocalStep) -> Self {
+    /// `limit` is the [`limit_mask`].
+    pub fn new(corner: Corner, step: &LocalStep, limit: &[f64]) -> Self {
         match corner.kind {
             Kind::Smooth => smooth(corner, step),
             Kind::Crease => crease(corner, step),
             Kind::Corner => pinned_sector(corner, step),
             Kind::Pinned => pinned(corner, step),
-            Kind::Dart => dart(corner, step),
+            Kind::Dart => dart(corner, step, limit),
         }
     }
 }
@@ -265,11 +271,11 @@ fn pinned(corner: Corner, step: &LocalStep) -> Tangents {
     }
 }
 
-fn dart(corner: Corner, step: &LocalStep) -> Tangents {
+fn dart(corner: Corner, step: &LocalStep, limit: &[f64]) -> Tangents {
     let n = corner.n;
     // Odd about the dart edge: the smooth vertex's sine wave. Even: the leading one, by iteration from e_0 - v.
     let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
-    let (even, even_eigenvalue) = even_mode(corner, step);
+    let (even, even_eigenvalue) = even_mode(corner, step, limit);
     let theta = 2.0 * PI / f64::from(n);
     let odd_eigenvalue = wave_eigenvalue(corner.split, theta);
     let towards = |j: u32| -> Vec<f64> {
@@ -285,9 +291,8 @@ fn dart(corner: Corner, step: &LocalStep) -> Tangents {
 }
 
 /// The left vector of the largest eigenvalue below 1 among those symmetric about the dart edge, and the eigenvalue.
-fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
+fn even_mode(corner: Corner, step: &LocalStep, limit: &[f64]) -> (Vec<f64>, f64) {
     let n = corner.n;
-    let limit = limit_mask(corner, step);
     let symmetric = |row: &mut Vec<f64>| {
         for j in 0..n {
             let mut pair = |a: usize, b: usize| {
@@ -301,7 +306,7 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
         }
         // Take out the constant: left vectors of other eigenvalues sum to zero.
         let sum: f64 = row.iter().sum();
-        row.iter_mut().zip(&limit).for_each(|(w, l)| *w -= sum * l);
+        row.iter_mut().zip(limit).for_each(|(w, l)| *w -= sum * l);
     };
     // Starts near the smooth vertex's cosine wave.
     let mut row = smooth_direction(corner, 0.0, step.points);
@@ -335,7 +340,7 @@ fn even_mode(corner: Corner, step: &LocalStep) -> (Vec<f64>, f64) {
 /// exactly zero and must not drown those of other modes. On a crease with one face (Loop: one or two) it is the function
 /// along the crease; at a pinned corner of two triangles there are two, and so at a dart of regular valence, where all
 /// rules keep linear functions.
-pub(crate) fn linear_modes(corner: Corner, step: &LocalStep) -> Vec<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn linear_modes(corner: Corner, step: &LocalStep, limit: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
     let n = corner.n;
     // The linear function with the values `a`, `b` at the ends of two neighbouring spokes `j`, `j + 1`.
     let linear = |j: u32, a: f64, b: f64| -> Vec<f64> {
@@ -365,7 +370,7 @@ pub(crate) fn linear_modes(corner: Corner, step: &LocalStep) -> Vec<(Vec<f64>, V
             let (s, c) = angle(corner).sin_cos();
             // Along the dart edge and across it.
             let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
-            vec![paired(linear(0, 1.0, c), even_mode(corner, step).0), paired(linear(0, 0.0, s), odd)]
+            vec![paired(linear(0, 1.0, c), even_mode(corner, step, limit).0), paired(linear(0, 0.0, s), odd)]
         }
         _ => Vec::new(),
     }
@@ -434,7 +439,7 @@ mod tests {
     fn plane_vectors_are_left_eigenvectors() {
         for corner in corners().filter(|c| c.kind != Kind::Pinned) {
             let step = LocalStep::new(corner);
-            let tangents = Tangents::new(corner, &step);
+            let tangents = Tangents::new(corner, &step, &limit_mask(corner, &step));
             for row in tangents.plane.unwrap() {
                 let size = row.iter().map(|w| w * w).sum::<f64>();
                 let eigenvalue = times(&row, &step).iter().zip(&row).map(|(x, y)| x * y).sum::<f64>() / size;
@@ -459,7 +464,7 @@ mod tests {
             for i in 0..n {
                 let corner = Corner { split, kind, n, i };
                 let step = LocalStep::new(corner);
-                let modes = linear_modes(corner, &step);
+                let modes = linear_modes(corner, &step, &limit_mask(corner, &step));
                 assert_eq!(modes.len(), count);
                 for (r, l) in &modes {
                     assert!(residual(l, 0.5, &step) < 1e-15, "{corner:?}");

@@ -111,7 +111,7 @@ pub(crate) fn regions(control: Counts, split: SplitKind, depth: u32) -> Vec<Regi
 }
 
 /// For every region of edges, the places `i / 2^depth` along an edge, from its first end, that its vertices have, in order.
-fn along_edge(depth: u32) -> Vec<Vec<u32>> {
+pub(super) fn along_edge(depth: u32) -> Vec<Vec<u32>> {
     let mut pieces: Vec<[Cell; 2]> = vec![[[0, 0], [1 << depth, 0]]];
     (0..depth)
         .map(|_| {
@@ -226,7 +226,9 @@ impl Numbering {
             for f in faces.map(Face::new) {
                 let (part, tail) = out.split_at_mut(each * t.sides(f));
                 out = tail;
-                if self.is_whole(t.sides(f)) {
+                if self.steps == 2 && self.sides == 4 {
+                    write_children(t, f, part);
+                } else if self.is_whole(t.sides(f)) {
                     self.number_rim(t, f, vertices);
                     vectorized(
                         #[inline(always)]
@@ -287,6 +289,26 @@ impl Numbering {
         }
         // The first face points are the centres of control faces.
         vertices[tile.centre] = t.vertex_count() as u32 + f.0;
+    }
+}
+
+/// The corners of the quads that a face becomes at level 1.
+#[inline(always)]
+fn write_children(t: &Topology, f: Face, out: &mut [u32]) {
+    let (first, centre) = (t.first(f) as usize, t.vertex_count() as u32 + f.0);
+    let first_edge_point = (t.vertex_count() + t.face_count()) as u32;
+    let sides = t.sides(f);
+    let mut before = first_edge_point + t.edge[first + sides - 1];
+    let corners = t.origin[first..first + sides].iter().zip(&t.edge[first..first + sides]);
+    for (corner, ((&v, &e), child)) in corners.zip(out.as_chunks_mut::<4>().0).enumerate() {
+        let after = first_edge_point + e;
+        let around = [v, after, centre, before];
+        // In a quad a child's corner is its parent's; elsewhere the old vertex comes first.
+        let turn = if sides == 4 { corner } else { 0 };
+        for k in 0..4 {
+            child[(turn + k) % 4] = around[k];
+        }
+        before = after;
     }
 }
 

@@ -1,6 +1,7 @@
-//! Uniform refinement in one call: the vertices, faces and values of a level straight from the control mesh, without the levels
-//! between.
+//! Uniform refinement in one call: the vertices, faces and values of a level straight from the control mesh, without the topology of
+//! the levels between.
 
+use super::direct::Direct;
 use super::face_rings::FaceRings;
 use super::numbering::{Counts, Numbering};
 use super::tile_trees::TileTrees;
@@ -15,11 +16,11 @@ use rayon::prelude::*;
 use std::any::{Any, TypeId};
 use std::sync::OnceLock;
 
-/// A level of refinement in one step: how its vertices are made of the control points, and its faces, in the order of
+/// A level of refinement without those between: how its vertices are made of the control points, and its faces, in the order of
 /// [`Level`]. Made once per connectivity; takes values of any attribute.
 ///
-/// Values are those of [`Level::refine_values`] repeated, up to rounding: sums are formed in the precision of the values, relative
-/// to a control point nearby.
+/// Values are those of [`Level::refine_values`] repeated, up to rounding: sums are formed in the precision of the values, which
+/// adds a few units in the last place per level. Constants come out exactly.
 ///
 /// ```
 /// use subsurf::{Scheme, UniformRefinement, shapes};
@@ -42,6 +43,8 @@ pub struct UniformRefinement {
 
 /// How values are refined.
 enum Method {
+    /// Level by level, without the levels' topology: whatever [`Direct`] takes.
+    Direct(Box<Direct>),
     Trees(Box<Plan>),
     /// Level by level: these are levels 0 to depth - 1.
     Levels(Vec<Level>),
@@ -98,13 +101,18 @@ impl UniformRefinement {
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
-    pub fn from_topology(control: Topology, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
+    pub fn from_topology(mut control: Topology, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
         let split = scheme.split();
         let mut counts = Counts::of(&control);
         for _ in 0..depth {
             counts = counts.refined(split)?;
         }
         let numbering = Numbering::new(&control, split, depth);
+        // One entry into the thread pool for all that follows.
+        if let Some(direct) = rayon::scope(|_| Direct::new(&mut control, scheme, depth))? {
+            let method = Method::Direct(Box::new(direct));
+            return Ok(Self { control, scheme, depth, counts, numbering, method });
+        }
         let method = match Plan::new(&control, scheme, depth, counts)? {
             Some(plan) => Method::Trees(Box::new(plan)),
             None => {
@@ -195,8 +203,7 @@ impl UniformRefinement {
         self.numbering.write_corners(&self.control, out);
     }
 
-    /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`, relative
-    /// to a control point nearby.
+    /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`.
     ///
     /// # Panics
     /// If `values` has not one row per vertex of the control mesh.
@@ -220,6 +227,7 @@ impl UniformRefinement {
             Method::Levels(levels) => {
                 out.copy_from_slice(&refine_by_levels(levels, values, self.control.vertex_count()));
             }
+            Method::Direct(direct) => direct.refine(&self.control, values, out),
             Method::Trees(plan) => {
                 let maps = plan.maps::<T>(self.scheme.split());
                 let (control, numbering) = (&self.control, &self.numbering);
@@ -234,25 +242,38 @@ impl UniformRefinement {
 
     /// How much work there is, and memory.
     pub fn size(&self) -> RefinementSize {
-        let Method::Trees(plan) = &self.method else {
-            return RefinementSize { bytes: self.numbering.bytes(), ..RefinementSize::default() };
-        };
-        let maps = plan.single.get().map_or(0, Maps::bytes) + plan.double.get().map_or(0, Maps::bytes);
-        RefinementSize {
-            regular_faces: plan.rings.plain_faces(),
-            groups: plan.rings.representatives.len(),
-            nodes: plan.trees.nodes(),
-            ring_bytes: plan.rings.bytes(),
-            tree_bytes: plan.trees.bytes() + maps,
-            bytes: plan.rings.bytes() + plan.trees.bytes() + maps + self.numbering.bytes(),
+        let bytes = self.numbering.bytes();
+        match &self.method {
+            Method::Levels(_) => RefinementSize { bytes, ..RefinementSize::default() },
+            Method::Direct(direct) => RefinementSize {
+                special_points: direct.special(),
+                ring_bytes: direct.mesh_bytes(),
+                bytes: bytes + direct.mesh_bytes() + direct.step_bytes(),
+                ..RefinementSize::default()
+            },
+            Method::Trees(plan) => {
+                let maps = plan.single.get().map_or(0, Maps::bytes) + plan.double.get().map_or(0, Maps::bytes);
+                RefinementSize {
+                    special_points: 0,
+                    regular_faces: plan.rings.plain_faces(),
+                    groups: plan.rings.representatives.len(),
+                    nodes: plan.trees.nodes(),
+                    ring_bytes: plan.rings.bytes(),
+                    tree_bytes: plan.trees.bytes() + maps,
+                    bytes: plan.rings.bytes() + plan.trees.bytes() + maps + bytes,
+                }
+            }
         }
     }
 }
 
-/// Figures about a refinement in one step; zeros but for the memory where it goes level by level.
+/// Figures about a refinement. Most meshes are refined level by level without trees, and have special points only; those of the
+/// trees are zero there, and all but the memory are zero where levels are kept whole.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub struct RefinementSize {
+    /// Control vertices and edges with rules of their own, summed over the levels.
+    pub special_points: usize,
     /// Control faces that are refined as regular grids.
     pub regular_faces: usize,
     /// Groups of equal surroundings among the others.

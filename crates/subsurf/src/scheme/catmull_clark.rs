@@ -32,16 +32,23 @@ pub(super) fn smooth_vertex_mask(t: &Topology, v: Vertex, weight: f64, mask: &mu
     let from = (mask.vertices.len(), mask.faces.len());
     let mut h = start;
     loop {
-        mask.vertex(t.origin(t.next(h)), 0.0);
+        mask.along(t.edge(h), t.origin(t.next(h)), 0.0);
         mask.face(t.face(h), 0.0);
         h = t.turn_left(h).expect("a smooth vertex lies inside the mesh");
         if h == start {
             break;
         }
     }
-    let n = (mask.faces.len() - from.1) as f64;
-    let each = weight / (n * n);
+    let n = mask.faces.len() - from.1;
+    let each = smooth_neighbour(n, weight);
     mask.vertices[from.0..].iter_mut().for_each(|term| term.1 = each);
     mask.faces[from.1..].iter_mut().for_each(|term| term.1 = each);
+    let n = n as f64;
     mask.vertex(v, weight * (n - 2.0) / n);
+}
+
+/// Of a smooth vertex of valence `n`, the weight of each edge end and of each face centroid round it, out of `weight`.
+#[inline(always)]
+pub(crate) fn smooth_neighbour(n: usize, weight: f64) -> f64 {
+    weight / (n * n) as f64
 }

@@ -2,8 +2,10 @@
 //! it, and so do the loops that apply weights.
 
 use super::StencilError;
+use crate::kernel::{PART, Part, Parts, put};
 use crate::mesh::MAX_COUNT;
-use crate::real::{Real, add_scaled};
+use crate::real::Real;
+use fearless_simd::{Level, Simd, dispatch, f64x4};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -47,9 +49,14 @@ impl Csr {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = self.row::<W, T, N, K, FIRST_IS_POSITION>(chunk * CHUNK + i, weights, control);
-            }
+            dispatch!(Level::new(), simd => simd.vectorize(
+                #[inline(always)]
+                || {
+                    for (i, out) in out.iter_mut().enumerate() {
+                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, chunk * CHUNK + i, weights, control, out);
+                    }
+                }
+            ));
         });
     }
 
@@ -63,76 +70,101 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
-        let one = |&i: &u32| self.row::<W, T, N, K, FIRST_IS_POSITION>(i as usize, weights, control);
+        let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
+            dispatch!(Level::new(), simd => simd.vectorize(
+                #[inline(always)]
+                || {
+                    for &i in rows {
+                        let mut row = [[T::default(); N]; K];
+                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, i as usize, weights, control, &mut row);
+                        out(i, row);
+                    }
+                }
+            ));
+        };
         if rows.len() < CHUNK {
-            return rows.iter().for_each(|i| out[*i as usize] = one(i));
+            return some(rows, &mut |i, row| out[i as usize] = row);
         }
-        let moved: Vec<[[T; N]; K]> = rows.par_iter().with_min_len(CHUNK / 4).map(one).collect();
-        rows.iter().zip(moved).for_each(|(&i, value)| out[i as usize] = value);
+        let moved = rows.par_chunks(CHUNK / 4).map(|rows| {
+            let mut moved = Vec::with_capacity(rows.len());
+            some(rows, &mut |_, row| moved.push(row));
+            moved
+        });
+        let moved: Vec<_> = moved.collect();
+        rows.iter().zip(moved.iter().flatten()).for_each(|(&i, value)| out[i as usize] = *value);
     }
 
     /// One output. Sums are formed in `f64`, relative to the row's first control point; a row without any gives zeros.
     ///
-    /// Of `f32` weights and values too: sums in `f32` take as long (the loop waits for control points, not for sums),
-    /// with twice the error; not relative to a point they save a third of the time, for eight times the error, and
-    /// more away from the origin.
+    /// Of `f32` weights and values too: sums in `f32` have twice the error, and not relative to a point eight times the
+    /// error, and more away from the origin.
     #[inline(always)]
-    fn row<W: Real, T: Real, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
+    fn row<W: Real, T: Real, S: Simd, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
         &self,
+        simd: S,
         row: usize,
         weights: [&[W]; K],
         control: &[[T; N]],
-    ) -> [[T; N]; K] {
+        out: &mut [[T; N]; K],
+    ) {
         let range = self.range(row);
         let indices = &self.indices[range.clone()];
+        if indices.is_empty() {
+            *out = [[T::default(); N]; K];
+            return;
+        }
         // As many weights as indices, so that the compiler need not ask.
-        let weights = weights.map(|w| &w[range.clone()][..indices.len()]);
-        let Some(&first) = indices.first() else { return [[T::default(); N]; K] };
-        let base = control[first as usize].map(T::to_f64);
-        let apart = |p: u32| -> [f64; N] {
-            let p = &control[p as usize];
-            std::array::from_fn(|i| p[i].to_f64() - base[i])
-        };
-        // Two sums side by side, so that additions need not wait for each other.
-        let (mut sum, mut other) = ([[0.0; N]; K], [[0.0; N]; K]);
-        let (pairs, odd) = indices.as_chunks::<2>();
-        let weight_pairs = weights.map(|w| &w.as_chunks::<2>().0[..pairs.len()]);
-        for (j, &[p, q]) in pairs.iter().enumerate() {
-            let (p, q) = (apart(p), apart(q));
-            for k in 0..K {
-                let [a, b] = weight_pairs[k][j];
-                add_scaled(&mut sum[k], a.to_f64(), &p);
-                add_scaled(&mut other[k], b.to_f64(), &q);
+        let mut own: [&[W]; K] = [&[]; K];
+        for k in 0..K {
+            own[k] = &weights[k][range.start..range.end][..indices.len()];
+        }
+        for first in (0..N).step_by(PART) {
+            let points = Parts::new(control, first);
+            let base = T::wide(simd, points.at(indices[0] as usize));
+            // Two sums side by side, so that additions need not wait for each other.
+            let zero = simd.splat_f64x4(0.0);
+            let mut sums = [[zero; K]; 2];
+            let even = indices.len() & !1;
+            for j in (0..even).step_by(2) {
+                for side in 0..2 {
+                    add(simd, &mut sums[side], &points, indices[j + side], base, &own, j + side);
+                }
             }
+            if even < indices.len() {
+                add(simd, &mut sums[0], &points, indices[even], base, &own, even);
+            }
+            let mut parts = [[T::default(); PART]; K];
+            for k in 0..K {
+                let mut sum = simd.add_f64x4(sums[0][k], sums[1][k]);
+                if FIRST_IS_POSITION && k == 0 {
+                    sum = simd.add_f64x4(sum, base);
+                }
+                let sum: Part<f64> = sum.into();
+                for c in 0..PART {
+                    parts[k][c] = T::from_f64(sum[c]);
+                }
+            }
+            put(&parts, first, out);
         }
-        if let [p] = odd {
-            let p = apart(*p);
-            (0..K).for_each(|k| add_scaled(&mut sum[k], weights[k][indices.len() - 1].to_f64(), &p));
-        }
-        (0..K).for_each(|k| add_scaled(&mut sum[k], 1.0, &other[k]));
-        if FIRST_IS_POSITION {
-            (0..N).for_each(|i| sum[0][i] += base[i]);
-        }
-        sum.map(|s| s.map(T::from_f64))
     }
 }
 
-/// Ends of rows of the given lengths, starting with 0.
-pub(super) fn offsets(
-    lengths: impl Iterator<Item = usize>,
-    rows: usize,
-    most: usize,
-) -> Result<Vec<u32>, StencilError> {
-    let mut out = Vec::with_capacity(rows + 1);
-    let mut end = 0usize;
-    out.push(0);
-    for length in lengths {
-        end += length;
-        // A count that wraps is refused below.
-        out.push(end as u32);
+/// Adds the `j`-th term, the control point `point` relative to `base`, to all sums.
+#[inline(always)]
+fn add<W: Real, T: Real, S: Simd, const N: usize, const K: usize>(
+    simd: S,
+    sums: &mut [f64x4<S>; K],
+    points: &Parts<'_, T, N>,
+    point: u32,
+    base: f64x4<S>,
+    weights: &[&[W]; K],
+    j: usize,
+) {
+    let apart = simd.sub_f64x4(T::wide(simd, points.at(point as usize)), base);
+    for k in 0..K {
+        let term = simd.mul_f64x4(simd.splat_f64x4(weights[k][j].to_f64()), apart);
+        sums[k] = simd.add_f64x4(sums[k], term);
     }
-    check_count(end, most)?;
-    Ok(out)
 }
 
 /// Refuses more weights than are allowed, or than 32 bits can count.

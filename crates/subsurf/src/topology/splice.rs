@@ -31,6 +31,11 @@ impl Edits {
         self.sharp.is_empty()
     }
 
+    /// True where there are no elements that edits took out, either.
+    pub fn leave_no_gaps(&self) -> bool {
+        self.is_empty() && self.free_edges.is_empty() && self.removed.is_empty()
+    }
+
     /// Heap memory in bytes, about.
     pub fn bytes(&self) -> usize {
         let lists: usize = self.sharp.values().map(|list| 32 + 4 * list.len()).sum();

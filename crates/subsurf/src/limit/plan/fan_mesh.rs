@@ -10,7 +10,7 @@ use super::refined_points::RefinedPoints;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::{Scheme, SplitKind};
 use crate::topology::Topology;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The mesh of a fan, which takes the sharpness of one fan after the other.
@@ -59,7 +59,8 @@ impl FanMesh {
         let mut fixed: Vec<u32> = rings.concat();
         fixed.sort_unstable();
         fixed.dedup();
-        fixed.retain(|v| !varying.contains(v));
+        let depend: HashSet<u32> = varying.iter().copied().collect();
+        fixed.retain(|v| !depend.contains(v));
         let row: HashMap<u32, u32> = fixed.iter().chain(&varying).copied().zip(0..).collect();
         rings.iter_mut().for_each(|ring| ring.iter_mut().for_each(|v| *v = row[v]));
         let mut points = RefinedPoints::default();

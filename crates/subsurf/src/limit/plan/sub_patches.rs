@@ -15,11 +15,11 @@ use crate::kernel::LANES;
 use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
-use crate::limit::turn::turned;
+use crate::limit::turn::turn_all;
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use std::any::Any;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
 /// Memory for all matrices of a table. Larger: memory of meshes with thousands of plans; smaller: such meshes are
@@ -81,6 +81,7 @@ pub(crate) enum ControlPoints<T> {
 #[derive(Clone, Copy)]
 pub(crate) struct Spot<'a> {
     slot: &'a Slot,
+    number: u32,
     /// Parameters of the piece; from its centre in triangles.
     pub s: f64,
     pub t: f64,
@@ -140,24 +141,26 @@ impl Slot {
 }
 
 impl Spot<'_> {
-    /// Tells pieces of one plan apart.
+    /// Tells pieces of one plan apart: a small number.
     #[inline]
-    pub fn piece(&self) -> usize {
-        std::ptr::from_ref(self.slot).addr()
+    pub fn piece(&self) -> u32 {
+        self.number
     }
 
-    /// Parameters of the piece at `(u, v)` of a face that it covers.
+    /// Parameters of a piece that covers its face, from those of the face.
     #[inline(always)]
-    pub fn whole(&self, split: SplitKind, u: f64, v: f64) -> [f64; 2] {
-        let (a, b) = turned(split, u, v, self.pose.turn);
+    pub fn whole<const W: usize>(&self, split: SplitKind, u: &mut [f64; W], v: &mut [f64; W]) {
+        turn_all(split, u, v, self.pose.turn);
         let centre = centre(split);
-        [a - centre, b - centre]
+        for k in 0..W {
+            (u[k], v[k]) = (u[k] - centre, v[k] - centre);
+        }
     }
 }
 
 /// The pieces of all plans, as far as they were met.
 pub(crate) struct SubPatches {
-    trees: Vec<OnceLock<Tree>>,
+    trees: Vec<Root>,
     bytes: AtomicUsize,
     made: AtomicUsize,
 }
@@ -170,7 +173,7 @@ impl SubPatches {
 
     /// Room for so many plans, those of before as they are.
     pub fn grow(&mut self, plans: usize) {
-        self.trees.resize_with(plans, OnceLock::new);
+        self.trees.resize_with(plans, Root::default);
     }
 
     /// Bytes of all matrices that are kept.
@@ -187,6 +190,13 @@ impl SubPatches {
     fn reserve(&self, bytes: usize) -> bool {
         self.bytes.fetch_update(Relaxed, Relaxed, |kept| (kept + bytes <= MOST_BYTES).then_some(kept + bytes)).is_ok()
     }
+}
+
+/// The patch tree of a plan, and how many pieces it has so far.
+#[derive(Default)]
+struct Root {
+    tree: OnceLock<Tree>,
+    pieces: AtomicU32,
 }
 
 /// Part of a patch tree.
@@ -210,6 +220,8 @@ struct Branch {
 struct Pieces {
     kind: Kind,
     slots: Box<[Slot]>,
+    /// Number of the first one in the plan.
+    first: u32,
 }
 
 enum Kind {
@@ -227,9 +239,9 @@ enum Kind {
 }
 
 impl Tree {
-    fn new(plans: &Plans, Link { node, raise }: Link, depth: u32) -> Self {
+    fn new(plans: &Plans, Link { node, raise }: Link, depth: u32, pieces: &AtomicU32) -> Self {
         match &plans.nodes[node as usize].body {
-            Body::Leaf(leaf) => Pieces::new(leaf, raise).map_or(Self::Closed, Self::Leaf),
+            Body::Leaf(leaf) => Pieces::new(leaf, raise, pieces).map_or(Self::Closed, Self::Leaf),
             Body::Split(_) if depth >= DEEPEST_LEAF => Self::Closed,
             Body::Split(split) => {
                 let links: Box<[_]> = split.children.iter().map(|c| (c.link(raise), c.turn)).collect();
@@ -241,7 +253,7 @@ impl Tree {
 }
 
 impl Pieces {
-    fn new(leaf: &Leaf, raise: u8) -> Option<Self> {
+    fn new(leaf: &Leaf, raise: u8, pieces: &AtomicU32) -> Option<Self> {
         if !leaf.creases.is_empty() {
             return None;
         }
@@ -258,7 +270,8 @@ impl Pieces {
                 (Kind::Special { turn: *turn, vertex: vertex.clone() }, 3 * (DEEPEST_PIECE as usize + 1))
             }
         };
-        Some(Self { kind, slots: (0..count).map(|_| Slot::default()).collect() })
+        let first = pieces.fetch_add(count as u32, Relaxed);
+        Some(Self { kind, slots: (0..count).map(|_| Slot::default()).collect(), first })
     }
 
     #[inline]
@@ -286,7 +299,8 @@ impl Pieces {
             }
         };
         let centre = centre(split);
-        Some(Spot { slot: &self.slots[number], s: s - centre, t: t - centre, pose: Pose { turn, speed } })
+        let pose = Pose { turn, speed };
+        Some(Spot { slot: &self.slots[number], number: self.first + number as u32, s: s - centre, t: t - centre, pose })
     }
 }
 
@@ -306,11 +320,13 @@ fn wrapped(turn: u8, split: SplitKind) -> u8 {
 }
 
 impl<'a> Plan<'a> {
-    fn tree(self) -> &'a Tree {
-        self.plans.parts.trees[self.number].get_or_init(|| match self.ring() {
-            0..=MOST_POINTS => Tree::new(self.plans, self.start, 0),
+    fn tree(self) -> (&'a Tree, &'a AtomicU32) {
+        let Root { tree, pieces } = &self.plans.parts.trees[self.number];
+        let new = || match self.ring() {
+            0..=MOST_POINTS => Tree::new(self.plans, self.start, 0, pieces),
             _ => Tree::Closed,
-        })
+        };
+        (tree.get_or_init(new), pieces)
     }
 
     /// Where `(u, v)` lies, parameters of a face whose corner `turn` is the plan's corner 0; none where there is no piece:
@@ -319,7 +335,7 @@ impl<'a> Plan<'a> {
     pub fn spot(self, u: f64, v: f64, turn: u8) -> Option<Spot<'a>> {
         let split = self.plans.split;
         let mut at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
-        let mut tree = self.tree();
+        let (mut tree, pieces) = self.tree();
         loop {
             let branch = match tree {
                 Tree::Closed => return None,
@@ -335,14 +351,14 @@ impl<'a> Plan<'a> {
             }
             let (link, turn) = branch.links[child];
             at.turn = wrapped(at.turn + turn, split);
-            tree = branch.children[child].get_or_init(|| Tree::new(self.plans, link, branch.depth + 1));
+            tree = branch.children[child].get_or_init(|| Tree::new(self.plans, link, branch.depth + 1, pieces));
         }
     }
 
     /// The piece that covers the face, if one does: any place of it.
     #[inline]
     pub fn whole_spot(self, turn: u8) -> Option<Spot<'a>> {
-        match self.tree() {
+        match self.tree().0 {
             Tree::Leaf(pieces @ Pieces { kind: Kind::Whole, .. }) => {
                 let at = Place { u: 0.5, v: 0.25, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
                 pieces.spot(self.plans.split, at)

@@ -1,0 +1,108 @@
+//! Points of any list four components at a time, as vector lanes want them.
+
+use crate::real::Real;
+
+/// Components of a part: values of more have several.
+pub(crate) const PART: usize = 4;
+
+/// Up to four components of a value; what lies beyond the last one is of no use.
+pub(crate) type Part<T> = [T; PART];
+
+/// A part of every value of a list.
+#[derive(Clone, Copy)]
+pub(crate) struct Parts<'a, V, const N: usize> {
+    values: &'a [[V; N]],
+    /// First component.
+    first: usize,
+    /// Of the last value, filled up.
+    last: Part<V>,
+}
+
+impl<'a, V: Real, const N: usize> Parts<'a, V, N> {
+    /// Components from number `first` on.
+    #[inline(always)]
+    pub fn new(values: &'a [[V; N]], first: usize) -> Self {
+        let mut out = Self { values, first, last: [V::default(); PART] };
+        if !values.is_empty() {
+            out.last = out.one_by_one(values.len() - 1);
+        }
+        out
+    }
+
+    /// The part of value `number`.
+    #[inline(always)]
+    pub fn at(&self, number: usize) -> Part<V> {
+        // Four numbers at once; those of the last value are not followed by others.
+        if N == PART || N + 1 == PART {
+            *self.values.as_flattened()[N * number..].first_chunk::<PART>().unwrap_or(&self.last)
+        } else {
+            self.one_by_one(number)
+        }
+    }
+
+    /// The part of value `number`, in another precision.
+    #[inline(always)]
+    pub fn rounded<T: Real>(&self, number: usize) -> Part<T> {
+        let (from, mut part) = (self.at(number), [T::default(); PART]);
+        for c in 0..PART {
+            part[c] = T::from_f64(from[c].to_f64());
+        }
+        part
+    }
+
+    #[inline(always)]
+    fn one_by_one(&self, number: usize) -> Part<V> {
+        let mut part = [V::default(); PART];
+        for c in 0..PART {
+            if self.first + c < N {
+                part[c] = self.values[number][self.first + c];
+            }
+        }
+        part
+    }
+}
+
+/// Writes a part of some values that follow each other, components from number `first` on.
+#[inline(always)]
+pub(crate) fn put<T: Real, const N: usize, const R: usize>(parts: &[Part<T>; R], first: usize, out: &mut [[T; N]; R]) {
+    let flat = out.as_flattened_mut();
+    for r in 0..R {
+        // Four numbers at once, where the next overwrite what does not belong there.
+        if N <= PART
+            && let Some(four) = flat[N * r..].first_chunk_mut::<PART>()
+        {
+            *four = parts[r];
+        } else {
+            for c in 0..PART {
+                if first + c < N {
+                    flat[N * r + first + c] = parts[r][c];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<const N: usize>() {
+        let values: Vec<[f32; N]> = (0..5).map(|i| std::array::from_fn(|c| (10 * i + c) as f32)).collect();
+        let mut out = [[0.0; N]; 5];
+        for first in (0..N).step_by(PART) {
+            let parts = Parts::new(&values, first);
+            put(&[0, 1, 2, 3, 4].map(|i| parts.rounded::<f64>(i)), first, &mut out);
+        }
+        assert_eq!(out.map(|value| value.map(|x| x as f32)), values[..]);
+    }
+
+    #[test]
+    fn parts_that_are_put_are_the_values() {
+        check::<1>();
+        check::<2>();
+        check::<3>();
+        check::<4>();
+        check::<5>();
+        check::<9>();
+    }
+}
