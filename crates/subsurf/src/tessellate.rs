@@ -13,6 +13,7 @@ mod grid_facets;
 mod layout;
 mod normals;
 mod output;
+mod patch_grid;
 mod pattern;
 mod piecewise;
 mod rates;

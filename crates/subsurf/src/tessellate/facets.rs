@@ -3,8 +3,9 @@
 //! Where all rates fit, a plain grid. Elsewhere an inner grid, and between it and each side a strip of triangles that
 //! depends on that side's rate alone, so that the neighbour sees the same points.
 
-use super::layout::{Layout, PatchGrid, on_side};
+use super::layout::Layout;
 use super::normals::Sides;
+use super::patch_grid::{PatchGrid, on_side};
 use super::{Facets, Places, TessellateError, TessellateOptions, grid_facets};
 use crate::index::Face;
 use crate::mesh::MAX_COUNT;

@@ -9,7 +9,7 @@
 //!   corner 0 ── side 0 ── corner 1
 //! ```
 
-use super::layout::PatchGrid;
+use super::patch_grid::PatchGrid;
 use crate::kernel::LANES;
 use std::ops::Range;
 

@@ -4,7 +4,8 @@
 //! corners. Distances are to the facets themselves, not to the points of equal parameter, which drift apart next to
 //! extraordinary vertices.
 
-use super::layout::{PatchRates, on_side};
+use super::layout::PatchRates;
+use super::patch_grid::on_side;
 use super::{FINEST, Rates, TessellateError, facets};
 use crate::index::{Face, HalfEdge};
 use crate::limit::{LimitSurface, Location, PatchTable};

@@ -1,8 +1,9 @@
 //! Evaluates samples of a tessellation one by one, in `f64`, wherever they lie: where rates differ from face to face, and
 //! where sums in the caller's precision do not tell a normal.
 
-use super::layout::{Layout, PatchGrid};
+use super::layout::Layout;
 use super::normals::{Sides, Source};
+use super::patch_grid::PatchGrid;
 use crate::index::{Face, HalfEdge};
 use crate::limit::{Jet, LimitSurface, Location, cubic, unit_normal};
 use crate::real::{Real, round};
