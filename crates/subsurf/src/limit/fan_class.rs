@@ -15,9 +15,11 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-/// Least and most faces at a vertex with a class: below, faces at a corner are neighbours on both sides; above, there is no end to
-/// the memory. A boundary vertex may have one.
+/// Most faces at a vertex with a class. Larger: memory.
 const MOST_FACES: usize = 12;
+
+/// Least faces at an interior vertex with a class: below, faces at a corner are neighbours on both sides.
+const LEAST_FACES: usize = 3;
 
 /// Most corners of a face that is known by the classes of its corners.
 pub(super) const MOST_SIDES: usize = 6;
@@ -207,7 +209,7 @@ fn fan(t: &Topology, v: Vertex) -> Option<(Signature, Class)> {
         }
         count += 1;
     });
-    let least = if is_closed { 3 } else { 1 };
+    let least = if is_closed { LEAST_FACES } else { 1 };
     let is_known = faces[..count.min(MOST_FACES)].iter().all(|face| face & 0xff != 0xff);
     let vertex = t.vertex_sharpness.code(v.index());
     if !(least..=MOST_FACES).contains(&count) || !is_known || vertex == u8::MAX {

@@ -186,21 +186,24 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
-        // What nodes share is counted once.
+        // What nodes share is counted once, with its two counts of references.
+        const COUNTS: usize = 2 * size_of::<usize>();
         let mut met = HashSet::new();
         let mut once = |of: *const u8, bytes: usize| if met.insert(of) { bytes } else { 0 };
         let body = |node: &Node| match &node.body {
             Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
             Body::Split(split) => {
                 let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
-                let shared =
-                    split.points.shared.as_ref().map_or(0, |rows| once(Arc::as_ptr(rows).cast(), rows.bytes()));
-                let rings = split.children.iter().map(|c| once(c.ring.as_ptr().cast(), size_of_val(&c.ring[..])));
+                let shared = split.points.shared.as_ref();
+                let shared = shared.map_or(0, |r| once(Arc::as_ptr(r).cast(), COUNTS + size_of::<Rows>() + r.bytes()));
+                let rings = split.children.iter();
+                let rings = rings.map(|c| once(c.ring.as_ptr().cast(), COUNTS + size_of_val(&c.ring[..])));
                 let children = size_of_val(&split.children[..]) + rings.sum::<usize>();
                 size_of::<Split>() + split.points.own.bytes() + shared + children + ends
             }
         };
-        self.nodes.iter().map(body).sum::<usize>() + size_of_val(&self.nodes[..]) + size_of_val(&self.plans[..])
+        let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
+        self.nodes.iter().map(body).sum::<usize>() + lists
     }
 }
 

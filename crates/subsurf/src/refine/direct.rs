@@ -1,9 +1,10 @@
-//! Catmull-Clark and bilinear refinement without topology below the control mesh: where the vertices of a level lie follows from
-//! half-edges of the control mesh (their children by arithmetic, after Dupuy, Vanhoey 2021), and so do their neighbours. Level follows level, each written once in its final order, the
-//! last one where it is wanted.
+//! Catmull-Clark and bilinear refinement without topology below the control mesh: where the vertices of a level lie follows
+//! from half-edges of the control mesh (their children by arithmetic, after Dupuy, Vanhoey 2021), and so do their
+//! neighbours. Level follows level, each written once in its final order, the last one where it is wanted.
 //!
 //! What lies inside a control face is a regular grid; what lies on a control edge is one with at most one sharp row; only
-//! control vertices have rules that depend on their surroundings.
+//! control vertices have rules that depend on their surroundings. Threads share faces, not parts of one: a few faces at great
+//! depth occupy as few threads.
 
 mod first_step;
 mod grid;
@@ -114,13 +115,14 @@ impl Direct {
     }
 }
 
-/// True where all of an edge keeps the same sharpness, and no rule takes in what the table does not hold.
+/// True where edits left no gaps, and either all rules are linear, or all of an edge keeps the same sharpness, none runs from a
+/// vertex to itself, and no rule takes in what the table does not hold.
 fn is_plain(t: &Topology, scheme: Scheme) -> bool {
     let mut values = t.edge_sharpness.distinct();
     let is_uniform = t.rules().creasing == Creasing::Uniform || values.next().is_none();
     let holds_all = t.foreign_sharpness.is_empty() && t.across_seam.is_empty() && t.far_half.is_empty();
     let has_loops = t.edge_vertices.iter().any(|[a, b]| a == b);
-    is_linear(t, scheme) || is_uniform && holds_all && t.edits.leave_no_gaps() && !has_loops
+    t.edits.leave_no_gaps() && (is_linear(t, scheme) || is_uniform && holds_all && !has_loops)
 }
 
 /// Vertices that do not follow the smooth rule at level 0, and so perhaps not below.

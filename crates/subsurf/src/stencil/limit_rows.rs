@@ -151,10 +151,16 @@ impl<W: Real> Maker<'_, W> {
         if last.replace(patch) != Some(patch) {
             place.clear();
             place.resize(ring.len(), 0);
-            vectorized(
-                #[inline(always)]
-                || ranks(ring, place),
-            );
+            if ring.len() > MOST_COMPARED {
+                let mut order: Vec<u32> = (0..ring.len() as u32).collect();
+                order.sort_unstable_by_key(|&i| ring[i as usize]);
+                order.iter().zip(0..).for_each(|(&i, rank)| place[i as usize] = rank);
+            } else {
+                vectorized(
+                    #[inline(always)]
+                    || ranks(ring, place),
+                );
+            }
         }
         let mut state = State::Smooth;
         if let Some(spot) = plan.spot(at.u, at.v, turn) {
@@ -212,6 +218,9 @@ impl<W: Real> Rows<'_, W> {
         }
     }
 }
+
+/// Largest ring whose points are all compared with each other, which vectors make fast; larger ones are sorted.
+const MOST_COMPARED: usize = 256;
 
 /// How many points of a ring are less than each: where it comes in ascending order.
 #[inline(always)]

@@ -7,6 +7,7 @@ use super::layout::Layout;
 use super::normals::Sides;
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
+use crate::limit::PatchTable;
 use crate::limit::plan::{GridMaker, GridScratch, GridWeights};
 use crate::real::Real;
 use crate::topology::NONE;
@@ -101,18 +102,7 @@ impl<'a, T: Real> Patterns<'a, T> {
         let mut users = vec![0u32; table.plan_count()];
         (0..table.patch_count()).filter_map(|p| table.patch_plan(p)).for_each(|plan| users[plan] += 1);
         let (list, mut of_patch) = wanted(layout, sides, &users, frames);
-        let mut total = 0;
-        let fits: Vec<bool> = list
-            .iter()
-            .map(|wanted| {
-                let samples = (wanted.cells as usize + 1).pow(2).next_multiple_of(LANES);
-                let bytes = samples * table.plan(wanted.plan).ring() * count * size_of::<T>();
-                let most = most_each.min(MOST_BYTES_PER_FACE.saturating_mul(users[wanted.plan] as usize));
-                let fits = bytes <= most && total + bytes <= most_in_all;
-                total += if fits && !wanted.is_passing { bytes } else { 0 };
-                fits
-            })
-            .collect();
+        let fits = fits(table, &list, &users, [most_each, most_in_all], count * size_of::<T>());
         let mut corners = CornerRows::new(layout, sides);
         // Which of the list each plan has.
         let mut of_plan: Vec<Vec<u32>> = vec![Vec::new(); table.plan_count()];
@@ -221,6 +211,27 @@ impl Wanted {
     }
 }
 
+/// Which of a list there is memory for. Plans are counted alike for one frame and for many, whichever of their patterns are made
+/// in passing or of a face's own samples: the way that a face is evaluated decides how sums are rounded.
+fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], bytes_each: usize) -> Vec<bool> {
+    let [most_each, most_in_all] = most;
+    let mut cells = vec![0; users.len()];
+    list.iter().for_each(|wanted| cells[wanted.plan] = wanted.cells);
+    let mut total = 0;
+    let plan_fits = |plan: usize| {
+        let samples = (cells[plan] as usize + 1).pow(2).next_multiple_of(LANES);
+        let bytes = samples * table.plan(plan).ring() * bytes_each;
+        // As many as there can be ways to lie that many faces have.
+        let ways = 1 + (users[plan] / Frames::Many.many_faces()).min(15) as usize;
+        let is_small = bytes <= most_each.min(MOST_BYTES_PER_FACE.saturating_mul(users[plan] as usize));
+        let fits = is_small && total + ways * bytes <= most_in_all;
+        total += if fits { ways * bytes } else { 0 };
+        fits
+    };
+    let plans: Vec<bool> = (0..users.len()).map(plan_fits).collect();
+    list.iter().map(|wanted| plans[wanted.plan]).collect()
+}
+
 /// Ways that a whole face may lie in its plan and what it may evaluate.
 const WAYS: usize = 4 * 256;
 
@@ -284,7 +295,6 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limit::PatchTable;
     use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tessellate::grid::EVERY_SIDE;

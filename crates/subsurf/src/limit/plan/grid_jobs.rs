@@ -158,6 +158,17 @@ impl<'a> Jobs<'a> {
         }
     }
 
+    /// Memory that the weights of a job take.
+    pub fn bytes(&self, number: usize, count: usize) -> usize {
+        let Job { part, lattice, vertex, .. } = &self.list[number];
+        let ring = match part {
+            Part::Node(link) => self.plans.nodes[link.node as usize].ring,
+            _ => vertex.map_or(16, SpecialVertex::points),
+        };
+        let points = self.grid.points_of(*lattice).count();
+        points * (ring * count * size_of::<f64>() + size_of::<Place>())
+    }
+
     /// The weights of a job, from those of the jobs that it is made of.
     pub fn columns(&self, number: usize, count: usize, done: &[Option<Columns>], scratch: &mut GridScratch) -> Columns {
         let (grid, job) = (self.grid, &self.list[number]);

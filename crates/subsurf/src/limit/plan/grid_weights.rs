@@ -32,6 +32,10 @@ pub(crate) struct GridMaker<'a> {
     count: usize,
 }
 
+/// Memory for weights that several others are made of; what comes after is made anew for each. Larger: memory; smaller: time
+/// where very many plans meet at high rates.
+const MOST_BYTES: usize = 256 << 20;
+
 impl<'a> GridMaker<'a> {
     /// For some plans and all points of a grid of `cells` facets a side, in parallel; of position, and of `∂u`, `∂v` if
     /// `count` is 3. At special vertices derivatives are vectors that span the tangent plane, zeros where there is none.
@@ -44,7 +48,12 @@ impl<'a> GridMaker<'a> {
         let mut users = vec![0u32; jobs.list.len()];
         jobs.list.iter().flat_map(|job| &job.sources).for_each(|source| users[source.job] += 1);
         let mut rounds: Vec<Vec<usize>> = Vec::new();
+        let mut bytes = 0;
         for (number, &height) in jobs.height.iter().enumerate().filter(|(number, _)| users[*number] > 1) {
+            bytes += jobs.bytes(number, count);
+            if bytes > MOST_BYTES {
+                break;
+            }
             rounds.resize((height as usize + 1).max(rounds.len()), Vec::new());
             rounds[height as usize].push(number);
         }
