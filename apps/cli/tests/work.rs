@@ -26,12 +26,13 @@ const COUNTS: [&str; 6] =
 
 #[test]
 fn the_meshes_at_hand_need_no_more_than_they_did() {
-    // What was counted when this was written; more is a regression, less a reason to write the new count down.
+    // What was counted when this was written; more is a regression, less a reason to write the new count down. Nodes of fans
+    // are never those of faces of the mesh, and cost a tenth: so there are a few more nodes than when all were met by walks.
     let counted = [
-        ("catmark_car.obj", [110, 139, 3, 118_639, 416_176, 150_647]),
-        ("fancy_teapot.obj", [40, 43, 3, 513_244, 165_324, 664_388]),
-        ("mh_shoes03_semisharp.obj", [741, 3099, 14, 153_364, 7_058_908, 205_844]),
-        ("spot_control_mesh.obj", [152, 156, 3, 21152, 444_204, 20026]),
+        ("catmark_car.obj", [110, 160, 3, 118_639, 341_444, 150_647]),
+        ("fancy_teapot.obj", [40, 46, 3, 513_244, 125_704, 664_388]),
+        ("mh_shoes03_semisharp.obj", [741, 3363, 14, 153_364, 4_261_084, 205_844]),
+        ("spot_control_mesh.obj", [152, 159, 3, 21152, 385_352, 20026]),
     ];
     let mut more = Vec::new();
     for (name, most) in counted {
