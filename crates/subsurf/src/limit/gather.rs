@@ -50,9 +50,12 @@ impl Gathered {
         let size: Size = sizes.iter().copied().sum();
         size.check(patches)?;
 
-        let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
+        let (mut patch_plan, mut patch_turn) =
+            (subsurf_memory::with_capacity(patches), subsurf_memory::zeroed(patches));
+        patch_plan.resize(patches, NONE);
         // Memory that comes zeroed costs nothing until threads write to it.
-        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
+        let (mut ring_start, mut ring) =
+            (subsurf_memory::zeroed(patches), subsurf_memory::zeroed(size.direct + size.others));
         let classes = FanClasses::new(t, &fans);
         let lists = Lists {
             plan: &mut patch_plan,

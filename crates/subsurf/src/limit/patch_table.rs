@@ -112,7 +112,8 @@ impl PatchTable {
         }
         // At most one patch per corner, and corners fit into 32 bits.
         let sides = |f: usize| topology.sides(Face(f as u32));
-        let mut face_patch: Vec<u32> = (0..=faces as u32).collect();
+        let mut face_patch: Vec<u32> = subsurf_memory::with_capacity(faces + 1);
+        face_patch.extend(0..=faces as u32);
         if (0..faces).any(|f| sides(f) != whole) {
             for f in 0..faces {
                 face_patch[f + 1] = face_patch[f] + if sides(f) == whole { 1 } else { sides(f) as u32 };

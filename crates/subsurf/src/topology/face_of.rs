@@ -26,7 +26,11 @@ impl FaceOf {
         if all(3) {
             return Self::Triangles;
         }
-        face.resize(face_offset.last().map_or(0, |&n| n as usize), 0);
+        let half_edges = face_offset.last().map_or(0, |&n| n as usize);
+        if face.capacity() == 0 {
+            face = subsurf_memory::with_capacity(half_edges);
+        }
+        face.resize(half_edges, 0);
         for (w, f) in face_offset.windows(2).zip(0u32..) {
             face[w[0] as usize..w[1] as usize].fill(f);
         }
