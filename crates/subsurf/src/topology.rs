@@ -152,6 +152,12 @@ impl Topology {
         }
     }
 
+    /// Number of corners of the face of a half-edge.
+    #[inline]
+    pub(crate) fn sides_at(&self, h: HalfEdge) -> usize {
+        self.face.sides(h.0, &self.face_offset)
+    }
+
     /// True for a face that shapes its neighbours but is not part of the surface.
     pub fn is_hole(&self, face: Face) -> bool {
         self.hole[face.index()]

@@ -205,7 +205,7 @@ fn fan(t: &Topology, v: Vertex) -> Option<(Signature, Class)> {
     let is_closed = t.walk_fan(v, |h| {
         if count < MOST_FACES {
             let sharpness = t.edge_sharpness.code(t.edge(h).index());
-            faces[count] = (t.sides(t.face(h)) as u32) << 8 | u32::from(sharpness);
+            faces[count] = (t.sides_at(h) as u32) << 8 | u32::from(sharpness);
             starts[count] = h.0;
         }
         count += 1;

@@ -48,7 +48,7 @@ impl Fan {
     pub fn of(t: &Topology, v: Vertex) -> Self {
         let (mut faces, mut points, mut quads) = (0, 0, true);
         let closed = t.walk_fan(v, |h| {
-            let sides = t.sides(t.face(h)) as u32;
+            let sides = t.sides_at(h) as u32;
             faces += 1;
             points += sides - 2;
             quads &= sides == 4;

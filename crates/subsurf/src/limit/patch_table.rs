@@ -41,6 +41,15 @@ pub(crate) struct Known {
     nodes: Numbers,
 }
 
+/// The keys of plans from number `first` on.
+fn in_order(keys: &Keys, first: usize) -> Vec<&[u32]> {
+    let mut out: Vec<&[u32]> = vec![&[]; keys.len() - first];
+    for (key, &plan) in keys.iter().filter(|(_, plan)| **plan as usize >= first) {
+        out[plan as usize - first] = key;
+    }
+    out
+}
+
 /// Figures about a table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
@@ -123,7 +132,8 @@ impl PatchTable {
         let gathered = Gathered::new(&topology, whole, &face_patch)?;
         let mut plans = Plans::empty(scheme);
         let mut nodes = Numbers::default();
-        plans.add(&topology, &gathered.representatives, scheme, &specials, &mut nodes);
+        let keys = in_order(&gathered.known, 0);
+        plans.add(&topology, &gathered.representatives, &keys, scheme, &specials, &mut nodes);
         let table = Self {
             topology,
             scheme,

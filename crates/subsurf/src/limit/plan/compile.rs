@@ -30,12 +30,13 @@ impl Plans {
         Self { split: scheme.split(), nodes: Vec::new(), plans: Vec::new(), parts: SubPatches::new() }
     }
 
-    /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at. `numbers` are
-    /// those of the nodes that are there already.
+    /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at; `keys` are what the
+    /// walks list. `numbers` are those of the nodes that are there already.
     pub(in crate::limit) fn add(
         &mut self,
         mesh: &Topology,
         places: &[Start],
+        keys: &[&[u32]],
         scheme: Scheme,
         specials: &SpecialVertices,
         numbers: &mut Numbers,
@@ -43,11 +44,16 @@ impl Plans {
         let known = &numbers.known;
         let starts: Vec<MadeLink> = places
             .par_iter()
-            .map_init(Walked::default, |around, &(face, corner)| {
-                let raise = Lowest::of(mesh, Face(face)).raise();
-                let place = Place { face: Face(face), start: corner, raise: raise as i8 };
+            .zip(keys)
+            .map_init(Walked::default, |around, (&(face, corner), key)| {
+                let lowest = Lowest::of(mesh, Face(face));
+                let place = Place { face: Face(face), start: corner, raise: lowest.raise() as i8 };
+                if !lowest.is_finite() {
+                    // Nothing to be lowered.
+                    return link(key, Some(place), 0, known);
+                }
                 around.go(mesh, place);
-                let link = link(&around.list.key, Some(place), raise, known);
+                let link = link(&around.list.key, Some(place), lowest.raise(), known);
                 let is_new = matches!(link.node, MadeNode::New(_));
                 let outline = (is_new && may_have_fans(mesh, scheme)).then(|| around.outline()).flatten();
                 MadeLink { outline, ..link }
