@@ -28,6 +28,7 @@ mod template;
 pub(super) use compile::Numbers;
 pub(crate) use grid_jobs::GridScratch;
 pub(crate) use grid_weights::{GridMaker, GridWeights};
+pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
