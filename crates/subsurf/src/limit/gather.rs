@@ -318,3 +318,52 @@ impl Met {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ControlMesh;
+    use crate::shapes;
+    use crate::tags::{Crease, Tags};
+
+    /// A grid of several chunks, some of its quads cut into triangles, some of its edges sharp.
+    fn mixed_grid(side: u32) -> ControlMesh {
+        let at = |i: u32, j: u32| i * (side + 1) + j;
+        let mut faces: Vec<Vec<u32>> = Vec::new();
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if (7 * i + 3 * j + i * j) % 11 == 0 {
+                faces.extend([vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]]);
+            } else {
+                faces.push(quad.to_vec());
+            }
+        }
+        let creases = (0..side).map(|i| Crease::new(at(i, i % 5 + 20), at(i + 1, i % 5 + 20), f64::from(i % 3)));
+        ControlMesh::new(&faces, Tags { creases: creases.collect(), ..Tags::default() }).unwrap()
+    }
+
+    #[test]
+    fn every_patch_has_the_plan_and_the_ring_of_its_own_walk() {
+        let meshes = shapes::all().into_iter().map(|shape| shape.mesh).chain([mixed_grid(70)]);
+        let (mut walk, mut around) = (Walk::default(), Surroundings::default());
+        for mesh in meshes {
+            let t = Topology::new(&mesh).unwrap();
+            let patches = |f: usize| if t.sides(Face::new(f)) == 4 { 1 } else { t.sides(Face::new(f)) as u32 };
+            let mut face_patch = vec![0];
+            (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
+            let gathered = Gathered::new(&t, 4, &face_patch).unwrap();
+            for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
+                let first = face_patch[face.index()] as usize;
+                for subface in 0..patches(face.index()) as usize {
+                    let patch = first + subface;
+                    let turn = usize::from(gathered.patch_turn[patch]);
+                    let start = if t.sides(face) == 4 { turn } else { subface };
+                    t.surroundings(face, start, &mut walk, &mut around);
+                    assert_eq!(gathered.patch_plan[patch], gathered.known[&around.key[..]], "{face} {subface}");
+                    let ring = gathered.ring_start[patch] as usize;
+                    assert_eq!(gathered.ring[ring..ring + around.ring.len()], around.ring, "{face} {subface}");
+                }
+            }
+        }
+    }
+}
