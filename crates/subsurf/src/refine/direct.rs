@@ -14,6 +14,7 @@ mod sides;
 mod step;
 
 use super::numbering::Counts;
+use super::uniform::zeroed;
 use crate::index::Vertex;
 use crate::mask::is_linear;
 use crate::mesh::MeshError;
@@ -84,7 +85,7 @@ impl Direct {
         let steps = self.deeper.len();
         let between = if steps == 0 { 0 } else { self.counts[steps - 1] };
         // Every other level before the last lies in the output meanwhile.
-        let mut between = vec![[T::default(); N]; between];
+        let mut between = zeroed(between);
         let (mut from, mut to) = (&mut between[..], out);
         if steps.is_multiple_of(2) {
             std::mem::swap(&mut from, &mut to);

@@ -5,7 +5,7 @@ use super::face_rings::PLAIN;
 use super::numbering::{Owner, Region};
 use super::split::runs_forward;
 use super::tile::Tile;
-use super::uniform::Sources;
+use super::uniform::{Sources, zeroed};
 use super::values::{Filler, PADDING};
 use crate::index::Face;
 use crate::kernel::vectorized;
@@ -42,7 +42,7 @@ pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: 
         Some(sorted) => sorted.partition_point(|&(owner, _)| owner < h),
     };
     let per_edge = (1 << sources.trees.tiers.len()) - 1;
-    let mut edge_values = vec![[T::default(); N]; if sorted.is_some() { per_edge * t.edge_count() } else { 0 }];
+    let mut edge_values = zeroed(if sorted.is_some() { per_edge * t.edge_count() } else { 0 });
 
     // Cut the output into regions, and these into the parts of tasks.
     let (vertices, mut rest) = out.split_at_mut(t.vertex_count());

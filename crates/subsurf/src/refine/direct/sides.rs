@@ -17,7 +17,10 @@ impl Sides {
             let h = HalfEdge(h);
             2 * t.edge(h).0 + u32::from(!runs_forward(t, h))
         };
-        Self((0..t.half_edge_count() as u32).into_par_iter().with_min_len(SHARE).map(side).collect())
+        let mut out = subsurf_memory::with_capacity(t.half_edge_count());
+        let half_edges = (0..t.half_edge_count() as u32).into_par_iter().with_min_len(SHARE);
+        half_edges.map(side).collect_into_vec(&mut out);
+        Self(out)
     }
 
     /// The edge of a half-edge, and whether this runs against it.
