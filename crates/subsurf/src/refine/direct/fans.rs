@@ -263,6 +263,7 @@ impl Fans {
         let (first_centre, is_centre) = (t.vertex_count(), fan >= self.centres);
         let first_edge = first_centre + t.face_count();
         let quads = self.start == 0;
+        let smooth = rounded::<T>(creases.rule(self.start, 0)).edge;
         let Scratch { ends, across, sums } = scratch;
         let mut own = level[self.owners[fan] as usize + if is_centre { first_centre } else { 0 }];
         ends.clear();
@@ -317,7 +318,8 @@ impl Fans {
                 return next;
             }
             for ((end, sum), edge) in ends.iter_mut().zip(&*sums).zip(edges) {
-                let [weight, centroid] = rounded::<T>(creases.rule(at, edge[1])).edge;
+                let [weight, centroid] =
+                    if edge[1] == 0 { smooth } else { rounded::<T>(creases.rule(at, edge[1])).edge };
                 for c in 0..N {
                     end[c] = own[c] + (weight * (end[c] - own[c]) + centroid * sum[c]);
                 }

@@ -132,9 +132,9 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
             let (first, sides) = (t.first(f), t.sides(f));
             let owns = |h: u32| u32::from(self.deeper.flags[h as usize] & OWNS_EDGE);
             if sides == 4 {
-                let owned = (first..first + 4).map(owns).sum::<u32>();
+                let owned = all_flags(&self.deeper.flags, first) & u32::from_le_bytes([OWNS_EDGE; 4]);
                 let is_full = quads.push(first, [edge; 2]);
-                edge += owned;
+                edge += owned.count_ones();
                 if is_full {
                     self.run::<true>(&mut quads, &mut out);
                 }
@@ -194,15 +194,39 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         }
         let mut size = match (QUADS, deeper.start) {
             (true, 0) => {
-                read::<T, N, CONTROL_QUAD>(t, level, half_edges, turned, from, round_control_quad);
+                read::<T, N, CONTROL_QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_control_quad(t, h),
+                );
                 1
             }
             (true, _) => {
-                read::<T, N, QUAD>(t, level, half_edges, turned, from, round_quad);
+                read::<T, N, QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_quad(t, h),
+                );
                 2
             }
             (false, _) => {
-                read::<T, N, CORNER>(t, level, half_edges, turned, from, round_corner);
+                read::<T, N, CORNER>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_corner(t, h),
+                );
                 1
             }
         };
@@ -211,27 +235,35 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let mut has_sharp = [false; 4];
         for (lane, &h) in half_edges.iter().enumerate() {
             let mut side = |side: usize, h: u32| {
-                if deeper.flags[h as usize] & IS_SHARP != 0 {
-                    kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
-                    has_sharp[side] = true;
-                }
+                kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
+                has_sharp[side] = true;
             };
             let mut corner = |corner: usize, h: u32| {
-                if deeper.flags[h as usize] & HAS_FAN != 0 {
-                    let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
-                    corners.push((lane, corner, deeper.fans.corner(fan, h)));
-                }
+                let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
+                corners.push((lane, corner, deeper.fans.corner(fan, h)));
             };
             if QUADS {
-                let all: &[u8; 4] = deeper.flags[h as usize..].first_chunk().expect("four sides");
-                if u32::from_ne_bytes(*all) & u32::from_ne_bytes([HAS_FAN | IS_SHARP; 4]) != 0 {
-                    (0..4).for_each(|k| side(k, h + k as u32));
-                    (0..4).for_each(|k| corner(k, h + k as u32));
+                let mut sharp = all_flags(&deeper.flags, h) & u32::from_le_bytes([IS_SHARP; 4]);
+                while sharp != 0 {
+                    let k = sharp.trailing_zeros() / 8;
+                    side(k as usize, h + k);
+                    sharp &= sharp - 1;
+                }
+                let mut fans = all_flags(&deeper.flags, h) & u32::from_le_bytes([HAS_FAN; 4]);
+                while fans != 0 {
+                    let k = fans.trailing_zeros() / 8;
+                    corner(k as usize, h + k);
+                    fans &= fans - 1;
                 }
             } else {
-                side(0, h);
-                side(3, t.prev(HalfEdge(h)).0);
-                corner(0, h);
+                for (at, h) in [(0, h), (3, t.prev(HalfEdge(h)).0)] {
+                    if deeper.flags[h as usize] & IS_SHARP != 0 {
+                        side(at, h);
+                    }
+                }
+                if deeper.flags[h as usize] & HAS_FAN != 0 {
+                    corner(0, h);
+                }
                 if let Some(fan) = fans.and_then(|_| deeper.fans.of_centre(t.face.get(h))) {
                     corners.push((lane, 2, deeper.fans.corner(fan, h)));
                 }
@@ -434,20 +466,9 @@ fn write<T: Real, const N: usize, const QUADS: bool>(
         };
         copy(some, &mut out.parts[run.part][run.each * element..][..run.count]);
     }
-    let mut edge = edges[0];
-    for (k, side) in layout.sides.iter().enumerate() {
-        let h = match (QUADS, k) {
-            (true, _) => h + k as u32,
-            (false, 0) => h,
-            (false, _) => t.prev(HalfEdge(h)).0,
-        };
-        let flags = deeper.flags[h as usize];
-        if flags & OWNS_EDGE == 0 {
-            continue;
-        }
-        let number = if QUADS { edge } else { edges[k] } as usize;
-        edge += 1;
-        if flags & BACKWARD == 0 {
+    let mut own = |side: usize, number: usize, is_backward: bool| {
+        let side = &layout.sides[side];
+        if !is_backward {
             let mut rest = &points[side.start..];
             for run in &side.runs[0] {
                 let (some, tail) = rest.split_at(run.count);
@@ -463,13 +484,40 @@ fn write<T: Real, const N: usize, const QUADS: bool>(
                 out.of_edge(run, number).iter_mut().zip(values).for_each(|(out, value)| *out = value);
             }
         }
-    }
-    for k in 0..if QUADS { 4 } else { 1 } {
-        let h = h as usize + k;
-        if deeper.flags[h] & OWNS_VERTEX != 0 {
-            out.corners.push((t.origin[h], points[layout.corners + k]));
+    };
+    if QUADS {
+        // Most quads own two edges and a vertex, but which ones they are is hard to predict.
+        let flags = all_flags(&deeper.flags, h);
+        let mut owned = flags & u32::from_le_bytes([OWNS_EDGE; 4]);
+        let mut number = edges[0] as usize;
+        while owned != 0 {
+            let at = owned.trailing_zeros();
+            own(at as usize / 8, number, (flags >> at) as u8 & BACKWARD != 0);
+            (owned, number) = (owned & (owned - 1), number + 1);
+        }
+        let mut owned = flags & u32::from_le_bytes([OWNS_VERTEX; 4]);
+        while owned != 0 {
+            let k = owned.trailing_zeros() as usize / 8;
+            out.corners.push((t.origin[h as usize + k], points[layout.corners + k]));
+            owned &= owned - 1;
+        }
+    } else {
+        for (side, h) in [h, t.prev(HalfEdge(h)).0].into_iter().enumerate() {
+            let flags = deeper.flags[h as usize];
+            if flags & OWNS_EDGE != 0 {
+                own(side, edges[side] as usize, flags & BACKWARD != 0);
+            }
+        }
+        if deeper.flags[h as usize] & OWNS_VERTEX != 0 {
+            out.corners.push((t.origin[h as usize], points[layout.corners]));
         }
     }
+}
+
+/// Those of a quad's half-edges, the first one's lowest.
+#[inline(always)]
+fn all_flags(flags: &[u8], first: u32) -> u32 {
+    u32::from_le_bytes(*flags[first as usize..].first_chunk().expect("a quad has four sides"))
 }
 
 /// As `copy_from_slice`, for few points: without a call.
