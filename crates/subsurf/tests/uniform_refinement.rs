@@ -229,3 +229,14 @@ fn poles_and_large_polygons_are_refined_too() {
         check(&control, &shape.positions, 2, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
     }
 }
+
+#[test]
+fn few_faces_may_go_deep() {
+    for shape in shapes::tagged().into_iter().filter(|shape| shape.mesh.face_count() < 12) {
+        for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
+            let control = Level::new(&shape.mesh, scheme).unwrap();
+            // Six levels of up to a hundred terms, which sum to the unit, with 1e-16 each; they average.
+            check(&control, &shape.positions, 6, 1e-14).unwrap_or_else(|e| panic!("{} {scheme:?}: {e}", shape.name));
+        }
+    }
+}

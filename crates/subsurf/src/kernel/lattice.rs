@@ -51,7 +51,12 @@ pub(crate) fn refine_lattice<T: Real, const N: usize>(
     dispatch!(Level::new(), simd => simd.vectorize(
         #[inline(always)]
         || {
-            refine_all(simd, from, size, rule, beyond, to);
+            // Small lattices by loops of known length.
+            match size {
+                1 => refine_all(simd, from, 1, rule, beyond, to),
+                2 => refine_all(simd, from, 2, rule, beyond, to),
+                _ => refine_all(simd, from, size, rule, beyond, to),
+            }
             for side in 0..4 {
                 if let Some(rules) = sides[side] {
                     refine_side(simd, from, size, side, rules, beyond, to);

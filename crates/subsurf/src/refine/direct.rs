@@ -31,6 +31,11 @@ use rules::{Creases, RowGrid, rounded};
 use squares::{Squares, flags};
 use std::ops::Range;
 
+/// Sixteen faces at this level take some hundred kilobytes. Deeper, more memory than the level itself has would be needed for fewer
+/// than [`FEW`] faces.
+const DEEP: u32 = 5;
+const FEW: usize = 4 * LANES;
+
 /// All steps to a level below a control mesh.
 pub(super) struct Direct {
     first: Option<FirstStep>,
@@ -56,13 +61,14 @@ struct Deeper {
 }
 
 impl Direct {
-    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh. `t` is as it was
-    /// afterwards.
+    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh, or where few faces go
+    /// very deep. `t` is as it was afterwards.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
     pub fn new(t: &mut Topology, scheme: Scheme, depth: u32) -> Result<Option<Self>, MeshError> {
-        if depth == 0 || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
+        let is_narrow = depth > DEEP && t.face_count() < FEW;
+        if depth == 0 || is_narrow || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
             return Ok(None);
         }
         let count = Counts::of(t).refined(SplitKind::Quads)?.vertices;

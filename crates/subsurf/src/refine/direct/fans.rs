@@ -55,6 +55,8 @@ pub(super) struct Fans {
     positions: BTreeMap<u32, u32>,
     /// By level from `start` on: rules of vertices that do not follow the smooth one. Terms are the vertex, the ends, the new face points.
     rows: Vec<Special>,
+    /// By fan its rule among those of each level, or [`NONE`].
+    row_of: Vec<u32>,
     start: usize,
     depth: usize,
 }
@@ -165,6 +167,7 @@ impl Fans {
     /// Adds the rules from the next level on, whose sharpness `t` has. `special` are the vertices that do not follow the smooth one.
     pub fn add_rows(&mut self, t: &Topology, scheme: Scheme, special: &[u32]) {
         let (mut rows, mut mask) = (Special::default(), Mask::default());
+        self.row_of.resize(self.owners.len(), NONE);
         for &v in special {
             // A vertex without a face stays where it is.
             let Some(fan) = self.of_vertex[v as usize].checked_sub(1) else { continue };
@@ -177,6 +180,7 @@ impl Fans {
             };
             let ends = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
             let faces = mask.faces.iter().zip(1 + edges.len() as u32..).map(|(&(_, weight), id)| (id, weight));
+            self.row_of[fan as usize] = rows.owners.len() as u32;
             // The vertex first: sums are relative to it.
             rows.push_from((0, 0.0), fan, ends.filter(|term| term.0 > 0).chain(faces));
         }
@@ -298,14 +302,13 @@ impl Fans {
                     all[c] = all[c] + apart;
                 }
             }
-            let rows = self.rows.get(at - self.start).map_or(0..0, |rows| rows.among(fan as u32..fan as u32 + 1));
-            let next = if let Some(row) = rows.clone().next() {
+            let next = if self.row_of[fan] != NONE {
                 let value = |id: u32| match id as usize {
                     0 => own,
                     id if id <= ends.len() => ends[id - 1],
                     id => across[id - 1 - ends.len()],
                 };
-                self.rows[at - self.start].apply(row, value)
+                self.rows[at - self.start].apply(self.row_of[fan] as usize, value)
             } else {
                 let mut next = own;
                 ends.iter().for_each(|end| (0..N).for_each(|c| all[c] = all[c] + (end[c] - own[c])));
@@ -367,7 +370,7 @@ impl Fans {
     }
 
     pub fn bytes(&self) -> usize {
-        4 * (self.of_vertex.len() + self.owners.len())
+        4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len())
             + size_of_val(&self.starts[..])
             + size_of_val(&self.edges[..])
             + size_of_val(&self.faces[..])

@@ -3,10 +3,9 @@
 //! corners, fans do.
 
 use super::super::parts::{Task, Writer};
-use super::super::split::runs_forward;
 use super::Deeper;
 use super::fans::{FanCorner, FanValues, Fans};
-use super::layout::{Layout, Run};
+use super::layout::{Layout, Run, Side};
 use super::rules::rounded;
 use crate::index::{Edge, Face, HalfEdge};
 use crate::kernel::{
@@ -31,18 +30,17 @@ const IS_SHARP: u8 = 16;
 
 /// By half-edge, what its square is.
 pub(super) fn flags(t: &Topology, fans: &Fans, is_linear: bool) -> Vec<u8> {
+    let bit = |is: bool, bit: u8| u8::from(is) * bit;
     let of = |h: u32| {
         let (e, v) = (Edge(t.edge[h as usize]), t.origin[h as usize]);
-        let owns_edge = t.edge_half_edge[e.index()] == h;
         let has_fan = fans.of_vertex(v).is_some();
-        let bits = [
-            (owns_edge, OWNS_EDGE),
-            (owns_edge && !runs_forward(t, HalfEdge(h)), BACKWARD),
-            (!has_fan && t.vertex_half_edge[v as usize] == h, OWNS_VERTEX),
-            (has_fan, HAS_FAN),
-            (!is_linear && t.edge_sharpness.code(e.index()) != 0, IS_SHARP),
-        ];
-        bits.iter().map(|&(is, bit)| if is { bit } else { 0 }).sum()
+        let is_sharp = !is_linear && t.edge_sharpness.code(e.index()) != 0;
+        let owns_vertex = !has_fan & (t.vertex_half_edge[v as usize] == h);
+        let mut flags = bit(owns_vertex, OWNS_VERTEX) | bit(has_fan, HAS_FAN) | bit(is_sharp, IS_SHARP);
+        if t.edge_half_edge[e.index()] == h {
+            flags |= OWNS_EDGE | bit(t.edge_vertices[e.index()][0] != v, BACKWARD);
+        }
+        flags
     };
     let mut out = subsurf_memory::with_capacity(t.half_edge_count());
     (0..t.half_edge_count() as u32).into_par_iter().with_min_len(SHARE).map(of).collect_into_vec(&mut out);
@@ -66,11 +64,21 @@ struct Memory<T, const N: usize> {
     /// Of the level and the one above, in turn.
     lattices: [Vec<Sixteen<T, N>>; 2],
     /// Points square by square: those read, and those of the last level.
-    turned: Vec<T>,
+    turned: Vec<[T; N]>,
     /// By point and component, for quads and corners.
     rows: [Vec<u32>; 2],
     /// Lanes and corners of squares that have fans.
     corners: Vec<(usize, usize, FanCorner)>,
+    /// Edges that squares own.
+    owned: Vec<Place>,
+}
+
+/// Points of a square that belong to an element: where they start among those of all squares, and the element among those of the
+/// task.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    points: usize,
+    element: usize,
 }
 
 /// Up to sixteen squares of one kind.
@@ -103,15 +111,15 @@ struct Output<'a, T, const N: usize> {
     corners: Vec<(u32, [T; N])>,
 }
 
-impl<T: Real, const N: usize> Output<'_, T, N> {
-    /// The vertices that a run takes of an edge: which of those that the task's faces own.
+impl<'a, T: Real, const N: usize> Output<'a, T, N> {
+    /// What holds the points of a run of edges, from one edge to the next, and where they start.
     #[inline(always)]
-    fn of_edge(&mut self, run: &Run, edge: usize) -> &mut [[T; N]] {
-        if self.edges.is_empty() {
-            return &mut self.parts[run.part][run.each * edge + run.skip..][..run.count];
+    fn of_edges(&mut self, run: &Run) -> (&mut [[T; N]], usize, usize) {
+        match self.edges.is_empty() {
+            true => (&mut *self.parts[run.part], run.each, run.skip),
+            // Regions of 1, 2, 4, … follow each other.
+            false => (&mut *self.edges, self.per_edge, run.each - 1 + run.skip),
         }
-        // Regions of 1, 2, 4, … follow each other.
-        &mut self.edges[self.per_edge * edge + run.each - 1 + run.skip..][..run.count]
     }
 }
 
@@ -166,13 +174,16 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         };
         let rows = [rows(&deeper.quad), deeper.corner.as_ref().map_or(Vec::new(), rows)];
         let size = 1usize << deeper.depth;
+        let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
+        let points = layouts.into_iter().flatten().map(|layout| layout.points.len()).fold(QUAD, usize::max);
         // What is read is turned in whole sixteens.
         let lattice = |size: usize| vec![[[T::default(); LANES]; N]; lattice_points(size).max(QUAD) + LANES];
         let memory = Memory {
             lattices: [size / 2, size].map(lattice),
-            turned: vec![T::default(); LANES * rows[0].len().max(rows[1].len()).max(stride::<QUAD, N>())],
+            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES)],
             rows,
             corners: Vec::new(),
+            owned: Vec::new(),
         };
         Self { deeper, t, level, fans, memory }
     }
@@ -186,7 +197,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let Self { deeper, t, level, fans, memory } = self;
         let (deeper, t, fans, half_edges) = (*deeper, *t, *fans, &batch.half_edges[..count]);
         let layout = if QUADS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
-        let Memory { lattices: [from, to], turned, rows, corners } = memory;
+        let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
         // The last level comes to lie in the larger one.
         let (mut from, mut to) = (from, to);
         if (deeper.depth - deeper.start) % 2 == 0 {
@@ -300,16 +311,11 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             std::mem::swap(&mut from, &mut to);
         }
         let rows = &rows[usize::from(!QUADS)];
-        turn(from.as_flattened(), rows, turned);
+        let turned = &mut turned[..LANES * layout.points.len()];
+        turn(from.as_flattened(), rows, turned.as_flattened_mut());
         vectorized(
             #[inline(always)]
-            || {
-                for lane in 0..count {
-                    let (h, edges) = (batch.half_edges[lane], batch.edges[lane]);
-                    let points = turned[lane * rows.len()..][..rows.len()].as_chunks::<N>().0;
-                    write::<T, N, QUADS>(deeper, t, layout, (h, edges), points, (from, lane), out);
-                }
-            },
+            || write::<T, N, QUADS>(deeper, t, layout, batch, count, turned, from, owned, out),
         );
     }
 }
@@ -333,20 +339,16 @@ fn at_corner(size: isize, corner: usize) -> [[isize; 2]; 3] {
     }
 }
 
-/// Numbers of so many points, up to whole sixteens.
-const fn stride<const POINTS: usize, const N: usize>() -> usize {
-    (POINTS * N).next_multiple_of(LANES)
-}
-
 /// Reads the surroundings of squares into lanes.
 fn read<T: Real, const N: usize, const POINTS: usize>(
     t: &Topology,
     level: &[[T; N]],
     half_edges: &[u32],
-    turned: &mut [T],
+    turned: &mut [[T; N]],
     out: &mut [Sixteen<T, N>],
     round: impl Fn(&Topology, u32) -> [u32; POINTS],
 ) {
+    let stride = POINTS.next_multiple_of(LANES);
     vectorized(
         #[inline(always)]
         || {
@@ -355,14 +357,14 @@ fn read<T: Real, const N: usize, const POINTS: usize>(
             for (ids, &h) in ids.iter_mut().zip(half_edges) {
                 *ids = round(t, h);
             }
-            for (ids, row) in ids[..half_edges.len()].iter().zip(turned.chunks_exact_mut(stride::<POINTS, N>())) {
-                for (&id, out) in ids.iter().zip(row.as_chunks_mut::<N>().0) {
+            for (ids, row) in ids[..half_edges.len()].iter().zip(turned.chunks_exact_mut(stride)) {
+                for (&id, out) in ids.iter().zip(row) {
                     *out = level[id as usize];
                 }
             }
         },
     );
-    turn_back(&turned[..LANES * stride::<POINTS, N>()], out.as_flattened_mut());
+    turn_back(turned[..LANES * stride].as_flattened(), out.as_flattened_mut());
 }
 
 /// The control vertices in and round a quad with first half-edge `first`, as a lattice of size 1. What lies across a corner
@@ -444,72 +446,158 @@ fn round_corner(t: &Topology, h: u32) -> [u32; CORNER] {
     out
 }
 
-/// Writes what a square owns, from its points in the order of the layout; `lattice` has them too. `square` is its half-edge with
-/// the numbers of its edges.
+/// Writes what some squares own: `turned` has their points square by square in the order of the layout, `lattice` point by point.
+#[allow(clippy::too_many_arguments)]
 #[inline(always)]
 fn write<T: Real, const N: usize, const QUADS: bool>(
     deeper: &Deeper,
     t: &Topology,
     layout: &Layout,
-    (h, edges): (u32, [u32; 2]),
-    points: &[[T; N]],
-    (lattice, lane): (&[Sixteen<T, N>], usize),
+    batch: &Batch,
+    count: usize,
+    turned: &[[T; N]],
+    lattice: &[Sixteen<T, N>],
+    owned: &mut Vec<Place>,
     out: &mut Output<'_, T, N>,
 ) {
-    let mut rest = points;
-    for run in &layout.inside {
-        let (some, tail) = rest.split_at(run.count);
-        rest = tail;
-        let element = match run.part {
-            0 => t.face.get(h) as usize - out.first_face,
-            _ => (h - out.first_half_edge) as usize,
-        };
-        copy(some, &mut out.parts[run.part][run.each * element..][..run.count]);
+    let stride = layout.points.len();
+    let mut squares = [[Place::default(); LANES]; 2];
+    for lane in 0..count {
+        let (points, h) = (lane * stride, batch.half_edges[lane]);
+        squares[0][lane] = Place { points, element: t.face.get(h) as usize - out.first_face };
+        squares[1][lane] = Place { points, element: (h - out.first_half_edge) as usize };
     }
-    let mut own = |side: usize, number: usize, is_backward: bool| {
-        let side = &layout.sides[side];
-        if !is_backward {
-            let mut rest = &points[side.start..];
-            for run in &side.runs[0] {
-                let (some, tail) = rest.split_at(run.count);
-                rest = tail;
-                copy(some, out.of_edge(run, number));
+    let mut first = 0;
+    for run in &layout.inside {
+        // The first part is that of centres of faces.
+        let places = &squares[usize::from(run.part > 0)][..count];
+        spread(places, first, run, (run.each, 0), turned, &mut *out.parts[run.part]);
+        first += run.count;
+    }
+    owned.clear();
+    for lane in 0..count {
+        let (h, edges) = (batch.half_edges[lane], batch.edges[lane]);
+        let mut own = |side: usize, number: u32, is_backward: bool| {
+            let (side, edge) = (&layout.sides[side], number as usize);
+            if !is_backward {
+                return owned.push(Place { points: lane * stride + side.start, element: edge });
+            }
+            write_backward(side, edge, lane, lattice, out);
+        };
+        if QUADS {
+            // Most quads own two edges and a vertex, but which ones they are is hard to predict.
+            let flags = all_flags(&deeper.flags, h);
+            let (mut edges, mut number) = (flags & u32::from_le_bytes([OWNS_EDGE; 4]), edges[0]);
+            while edges != 0 {
+                let at = edges.trailing_zeros();
+                own(at as usize / 8, number, (flags >> at) as u8 & BACKWARD != 0);
+                (edges, number) = (edges & (edges - 1), number + 1);
+            }
+            let mut vertices = flags & u32::from_le_bytes([OWNS_VERTEX; 4]);
+            while vertices != 0 {
+                let k = vertices.trailing_zeros() as usize / 8;
+                out.corners.push((t.origin[h as usize + k], turned[lane * stride + layout.corners + k]));
+                vertices &= vertices - 1;
             }
         } else {
-            let mut rest = &side.backward[..];
-            for run in &side.runs[1] {
-                let (some, tail) = rest.split_at(run.count);
-                rest = tail;
-                let values = some.iter().map(|&point| of_lane(&lattice[point as usize], lane));
-                out.of_edge(run, number).iter_mut().zip(values).for_each(|(out, value)| *out = value);
-            }
-        }
-    };
-    if QUADS {
-        // Most quads own two edges and a vertex, but which ones they are is hard to predict.
-        let flags = all_flags(&deeper.flags, h);
-        let mut owned = flags & u32::from_le_bytes([OWNS_EDGE; 4]);
-        let mut number = edges[0] as usize;
-        while owned != 0 {
-            let at = owned.trailing_zeros();
-            own(at as usize / 8, number, (flags >> at) as u8 & BACKWARD != 0);
-            (owned, number) = (owned & (owned - 1), number + 1);
-        }
-        let mut owned = flags & u32::from_le_bytes([OWNS_VERTEX; 4]);
-        while owned != 0 {
-            let k = owned.trailing_zeros() as usize / 8;
-            out.corners.push((t.origin[h as usize + k], points[layout.corners + k]));
-            owned &= owned - 1;
-        }
-    } else {
-        for (side, h) in [h, t.prev(HalfEdge(h)).0].into_iter().enumerate() {
             let flags = deeper.flags[h as usize];
             if flags & OWNS_EDGE != 0 {
-                own(side, edges[side] as usize, flags & BACKWARD != 0);
+                own(0, edges[0], flags & BACKWARD != 0);
+            }
+            if flags & OWNS_VERTEX != 0 {
+                out.corners.push((t.origin[h as usize], turned[lane * stride + layout.corners]));
             }
         }
-        if deeper.flags[h as usize] & OWNS_VERTEX != 0 {
-            out.corners.push((t.origin[h as usize], points[layout.corners]));
+    }
+    // All sides of a quad have the same runs; of corners the other sides are the second ones.
+    spread_edges(owned, &layout.sides[0].runs[0], turned, out);
+    if !QUADS {
+        owned.clear();
+        for lane in 0..count {
+            let h = t.prev(HalfEdge(batch.half_edges[lane])).0;
+            let flags = deeper.flags[h as usize];
+            let (side, edge) = (&layout.sides[1], batch.edges[lane][1] as usize);
+            if flags & OWNS_EDGE == 0 {
+                continue;
+            }
+            if flags & BACKWARD == 0 {
+                owned.push(Place { points: lane * stride + side.start, element: edge });
+            } else {
+                write_backward(side, edge, lane, lattice, out);
+            }
+        }
+        spread_edges(owned, &layout.sides[1].runs[0], turned, out);
+    }
+}
+
+/// The points of an edge against which the square's half-edge runs.
+fn write_backward<T: Real, const N: usize>(
+    side: &Side,
+    edge: usize,
+    lane: usize,
+    lattice: &[Sixteen<T, N>],
+    out: &mut Output<'_, T, N>,
+) {
+    let mut rest = &side.backward[..];
+    for run in &side.runs[1] {
+        let (some, tail) = rest.split_at(run.count);
+        rest = tail;
+        let (to, each, skip) = out.of_edges(run);
+        let values = some.iter().map(|&point| of_lane(&lattice[point as usize], lane));
+        to[each * edge + skip..].iter_mut().zip(values).for_each(|(to, value)| *to = value);
+    }
+}
+
+/// The points of edges, run by run.
+#[inline(always)]
+fn spread_edges<T: Real, const N: usize>(owned: &[Place], runs: &[Run], turned: &[[T; N]], out: &mut Output<'_, T, N>) {
+    let mut first = 0;
+    for run in runs {
+        let (to, each, skip) = out.of_edges(run);
+        spread(owned, first, run, (each, skip), turned, to);
+        first += run.count;
+    }
+}
+
+/// Copies the points of a run, which are `first` among those of each place, to where elements have room for `each`, `skip` of which come
+/// before.
+#[inline(always)]
+fn spread<T: Real, const N: usize>(
+    places: &[Place],
+    first: usize,
+    run: &Run,
+    (each, skip): (usize, usize),
+    from: &[[T; N]],
+    to: &mut [[T; N]],
+) {
+    let (from, count) = (&from[first..], run.count);
+    let to = if places.is_empty() { to } else { &mut to[skip..] };
+    match count {
+        1 => {
+            for place in places {
+                to[each * place.element] = from[place.points];
+            }
+        }
+        2 => copy_all::<T, N, 2>(places, count, each, from, to),
+        4 | 8 => copy_all::<T, N, 4>(places, count, each, from, to),
+        _ => copy_all::<T, N, 16>(places, count, each, from, to),
+    }
+}
+
+/// As `copy_from_slice` for each of some places, without a call: `count` is a multiple of `K`.
+#[inline(always)]
+fn copy_all<T: Real, const N: usize, const K: usize>(
+    places: &[Place],
+    count: usize,
+    each: usize,
+    from: &[[T; N]],
+    to: &mut [[T; N]],
+) {
+    for place in places {
+        let from = from[place.points..][..count].as_chunks::<K>().0;
+        let to = to[each * place.element..][..count].as_chunks_mut::<K>().0;
+        for i in 0..from.len().min(to.len()) {
+            to[i] = from[i];
         }
     }
 }
@@ -518,13 +606,4 @@ fn write<T: Real, const N: usize, const QUADS: bool>(
 #[inline(always)]
 fn all_flags(flags: &[u8], first: u32) -> u32 {
     u32::from_le_bytes(*flags[first as usize..].first_chunk().expect("a quad has four sides"))
-}
-
-/// As `copy_from_slice`, for few points: without a call.
-#[inline(always)]
-fn copy<T: Real, const N: usize>(from: &[[T; N]], to: &mut [[T; N]]) {
-    let (from, from_rest) = from.as_chunks::<4>();
-    let (to, to_rest) = to.as_chunks_mut::<4>();
-    from.iter().zip(to).for_each(|(from, to)| *to = *from);
-    from_rest.iter().zip(to_rest).for_each(|(from, to)| *to = *from);
 }
