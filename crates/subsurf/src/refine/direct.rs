@@ -162,8 +162,12 @@ impl Deeper {
     /// The rules along one side of sixteen squares, of these kinds.
     #[inline(always)]
     fn side_rules<T: Real>(&self, level: usize, kinds: &[u32; LANES]) -> SideRules<T> {
-        let mut out = SideRules { edge: [[T::default(); LANES]; 2], vertex: [[T::default(); LANES]; 4] };
-        for (lane, &kind) in kinds.iter().enumerate() {
+        let RowRule { edge, vertex } = rounded::<T>(&self.smooth);
+        let mut out = SideRules {
+            edge: [[edge[0]; LANES], [edge[1]; LANES]],
+            vertex: [[vertex[0]; LANES], [vertex[1]; LANES], [vertex[2]; LANES], [vertex[3]; LANES]],
+        };
+        for (lane, &kind) in kinds.iter().enumerate().filter(|(_, kind)| **kind != 0) {
             let RowRule { edge, vertex } = rounded::<T>(self.creases.rule(level, kind));
             (0..2).for_each(|i| out.edge[i][lane] = edge[i]);
             (0..4).for_each(|i| out.vertex[i][lane] = vertex[i]);

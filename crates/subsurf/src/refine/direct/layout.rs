@@ -32,6 +32,13 @@ pub(super) struct Side {
     pub backward: Vec<u32>,
 }
 
+/// What a side takes of its edge, for each direction.
+struct Order {
+    points: [Vec<[usize; 2]>; 2],
+    /// By region of edges: how many of an edge's vertices come before, and how many are taken.
+    shares: [Vec<(usize, usize)>; 2],
+}
+
 /// The order in which a square's points are written.
 pub(super) struct Layout {
     /// Places in the lattice of the last level: those inside, along sides, and at corners; then others, up to whole sixteens
@@ -55,13 +62,13 @@ impl Layout {
             2 => [end - along, end],
             _ => [0, end - along],
         };
-        let whole = |m: usize| (0, 1 << m);
+        let whole: Vec<(usize, usize)> = places.iter().map(|places| (0, places.len())).collect();
         let sides = (0..4).map(|side| {
             let points = |backward: bool| {
                 let along = places.iter().flatten().map(move |&i| if backward { end - i as usize } else { i as usize });
-                along.map(move |i| cell(side, i)).collect::<Vec<_>>()
+                along.map(move |i| cell(side, i)).collect()
             };
-            ([points(false), points(true)], [whole, whole])
+            Order { points: [points(false), points(true)], shares: [whole.clone(), whole.clone()] }
         });
         Self::new(regions, &Tile::whole(SplitKind::Quads, depth), end, sides.collect())
     }
@@ -71,35 +78,25 @@ impl Layout {
         let end = 1usize << (depth - 1);
         let places = along_edge(depth);
         // The first half of each region's places is near an edge's first end; the first region is the middle.
-        let half =
-            |second: bool| move |m: usize| if m == 0 { (0, 1) } else { (usize::from(second) << (m - 1), 1 << (m - 1)) };
-        let rest = |second: bool| move |m: usize| if m == 0 { (0, 0) } else { half(second)(m) };
-        let points = |second: bool, middle: bool| {
-            let along = places.iter().enumerate().flat_map(move |(m, places)| {
-                let (skip, count) = if middle { half(second)(m) } else { rest(second)(m) };
-                places[skip..skip + count].iter().map(move |&i| if second { 2 * end - i as usize } else { i as usize })
-            });
-            along.collect::<Vec<usize>>()
+        let half = |is_second: bool, has_middle: bool| -> Vec<(usize, usize)> {
+            let deeper = (1..depth).map(|m| (usize::from(is_second) << (m - 1), 1 << (m - 1)));
+            [(0, usize::from(has_middle))].into_iter().chain(deeper).collect()
+        };
+        let points = |shares: &[(usize, usize)], is_second: bool| -> Vec<usize> {
+            let along = places.iter().zip(shares).flat_map(|(places, &(skip, count))| &places[skip..skip + count]);
+            along.map(|&i| if is_second { 2 * end - i as usize } else { i as usize }).collect()
         };
         // Its own half-edge starts here, the one before ends here.
-        let own = |second: bool| points(second, true).into_iter().map(|i| [i, 0]).collect::<Vec<_>>();
-        let before = |second: bool| points(second, false).into_iter().map(|i| [0, i]).collect::<Vec<_>>();
-        type Skip = Box<dyn Fn(usize) -> (usize, usize)>;
-        let tile = Tile::corner(depth);
-        let sides: Vec<([Vec<[usize; 2]>; 2], [Skip; 2])> = vec![
-            ([own(false), own(true)], [Box::new(half(false)), Box::new(half(true))]),
-            ([before(true), before(false)], [Box::new(rest(true)), Box::new(rest(false))]),
-        ];
-        Self::new(regions, &tile, end, sides)
+        let order = |seconds: [bool; 2], has_middle: bool, cell: fn(usize) -> [usize; 2]| {
+            let shares = seconds.map(|is_second| half(is_second, has_middle));
+            let points = [0, 1].map(|k| points(&shares[k], seconds[k]).into_iter().map(cell).collect());
+            Order { points, shares }
+        };
+        let sides = vec![order([false, true], true, |i| [i, 0]), order([true, false], false, |i| [0, i])];
+        Self::new(regions, &Tile::corner(depth), end, sides)
     }
 
-    /// `sides` has for each direction the points, and by region of edges where these start among an edge's, and how many they are.
-    fn new<S: Fn(usize) -> (usize, usize)>(
-        regions: &[Region],
-        tile: &Tile,
-        end: usize,
-        sides: Vec<([Vec<[usize; 2]>; 2], [S; 2])>,
-    ) -> Self {
+    fn new(regions: &[Region], tile: &Tile, end: usize, sides: Vec<Order>) -> Self {
         let point = |[i, j]: [usize; 2]| lattice_point(end, i as isize, j as isize) as u32;
         let (mut points, mut inside) = (Vec::new(), Vec::new());
         for (k, (region, range)) in
@@ -110,12 +107,14 @@ impl Layout {
             points.extend(cells.map(|cell| point([cell % (end + 1), cell / (end + 1)])));
         }
         let mut out_sides = Vec::new();
-        for ([forward, backward], skips) in sides {
-            let runs = skips.map(|skip| {
+        for Order { points: [forward, backward], shares } in sides {
+            let runs = shares.map(|shares| {
                 let edges = regions.iter().enumerate().filter(|(_, region)| region.owner == Owner::Edges);
-                let runs = edges.enumerate().map(|(m, (k, region))| {
-                    let (skip, count) = skip(m);
-                    Run { part: k - 1, each: region.each, skip, count }
+                let runs = edges.zip(shares).map(|((k, region), (skip, count))| Run {
+                    part: k - 1,
+                    each: region.each,
+                    skip,
+                    count,
                 });
                 runs.filter(|run| run.count > 0).collect()
             });
