@@ -301,9 +301,7 @@ mod tests {
     use crate::tessellate::layout::PatchRates;
 
     fn layout(table: &PatchTable, rate: u32) -> Layout<'_> {
-        let edge = vec![rate; table.topology().edge_count()];
-        let rates = PatchRates { edge, patch: vec![[rate; 2]; table.patch_count()] };
-        Layout::new(table, rates)
+        Layout::new(table, PatchRates::Uniform { rate, edges: table.topology().edge_count() })
     }
 
     #[test]
