@@ -12,21 +12,19 @@
 //! raises, a plan is a node with a raise, and the way down takes one from the raise at every level. So the end of a crease
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
-mod columns;
 mod compile;
 mod fan;
 mod fan_mesh;
-mod grid_jobs;
+mod grid;
 mod grid_weights;
-mod lattice;
 mod leaf;
+mod leaf_basis;
 mod place_weights;
 mod refined_points;
 mod sub_patches;
 
 pub(super) use compile::Numbers;
-pub(crate) use grid_jobs::GridScratch;
-pub(crate) use grid_weights::{GridMaker, GridWeights};
+pub(crate) use grid_weights::{GridMaker, GridScratch};
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
@@ -390,7 +388,12 @@ impl Points {
         rows.row(i)
     }
 
+    fn len(&self) -> usize {
+        self.shared.as_ref().map_or(0, |rows| rows.len()) + self.own.len()
+    }
+
     /// Where row `i` is.
+    #[inline]
     fn of(&self, i: usize) -> (&Rows, usize) {
         match &self.shared {
             Some(shared) if i < shared.len() => (shared, i),

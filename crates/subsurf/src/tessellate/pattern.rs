@@ -8,7 +8,7 @@ use super::normals::Sides;
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
-use crate::limit::plan::{GridMaker, GridScratch, GridWeights};
+use crate::limit::plan::{GridMaker, GridScratch};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -103,38 +103,15 @@ impl<'a, T: Real> Patterns<'a, T> {
         (0..table.patch_count()).filter_map(|p| table.patch_plan(p)).for_each(|plan| users[plan] += 1);
         let (list, mut of_patch) = wanted(layout, sides, &users, frames);
         let fits = fits(table, &list, &users, [most_each, most_in_all], count * size_of::<T>());
-        let mut corners = CornerRows::new(layout, sides);
-        // Which of the list each plan has.
-        let mut of_plan: Vec<Vec<u32>> = vec![Vec::new(); table.plan_count()];
-        for (i, _) in list.iter().enumerate().filter(|(i, _)| fits[*i]) {
-            of_plan[list[i].plan].push(i as u32);
-        }
-        let mut made: Vec<Option<Pattern<T>>> = list.iter().map(|_| None).collect();
-        let makers = layout.cells.map(|cells| {
-            let own = |plan: &usize| of_plan[*plan].first().is_some_and(|&i| list[i as usize].cells == cells);
-            let mut plans: Vec<usize> = (0..table.plan_count()).filter(own).collect();
-            if plans.is_empty() {
-                return None;
-            }
-            let maker = GridMaker::new(table.plans(), &plans, cells, count);
-            plans.retain(|&plan| of_plan[plan].iter().any(|&i| !list[i as usize].is_passing));
-            let rows = &corners;
-            let make = |scratch: &mut GridScratch, &plan: &usize| {
-                maker.with_weights(plan, scratch, |weights| {
-                    let pattern =
-                        |&i: &u32| (i, list[i as usize].pattern(is_triangle, weights, SurfaceMatrix::default()));
-                    let patterns: Vec<(u32, Pattern<T>)> = of_plan[plan].iter().map(pattern).collect();
-                    (patterns, rows.of_grid(plan, cells, weights))
-                })
-            };
-            let results: Vec<_> = plans.par_iter().map_init(GridScratch::default, make).collect();
-            for (patterns, rows) in results {
-                patterns.into_iter().for_each(|(i, pattern)| made[i as usize] = Some(pattern));
-                corners.set(rows);
-            }
-            Some(maker)
-        });
-        corners.fill(table, count);
+        let corners = CornerRows::new(layout, sides);
+        let maker = |cells: u32| (cells > 0).then(|| GridMaker::new(table.plans(), cells, count));
+        let makers = layout.cells.map(maker);
+        let make = |scratch: &mut GridScratch, (wanted, fits): (&Wanted, &bool)| {
+            let maker = makers.iter().flatten().find(|maker| maker.cells() == wanted.cells)?;
+            let is_wanted = *fits && !wanted.is_passing;
+            is_wanted.then(|| wanted.pattern(is_triangle, maker, SurfaceMatrix::default(), scratch))
+        };
+        let made: Vec<Option<Pattern<T>>> = list.par_iter().zip(&fits).map_init(GridScratch::default, make).collect();
         let mut number = Vec::with_capacity(made.len());
         let mut patterns = Vec::with_capacity(made.len());
         let mut passing = Vec::new();
@@ -174,7 +151,7 @@ impl<'a, T: Real> Patterns<'a, T> {
         let number = self.of_patch[patch].checked_sub(PASSING)?;
         let wanted = self.passing.get(number as usize)?;
         let maker = self.makers[0].as_ref()?;
-        Some(maker.with_weights(wanted.plan, scratch, |weights| wanted.pattern(self.is_triangle, weights, memory)))
+        Some(wanted.pattern(self.is_triangle, maker, memory, scratch))
     }
 
     /// All samples of a patch without a pattern.
@@ -201,12 +178,18 @@ impl<'a, T: Real> Patterns<'a, T> {
 
 impl Wanted {
     /// The pattern, in memory of another.
-    fn pattern<T: Real>(&self, is_triangle: bool, weights: &GridWeights, mut matrix: SurfaceMatrix<T>) -> Pattern<T> {
-        let Self { cells, parts, own, .. } = *self;
+    fn pattern<T: Real>(
+        &self,
+        is_triangle: bool,
+        maker: &GridMaker<'_>,
+        mut matrix: SurfaceMatrix<T>,
+        scratch: &mut GridScratch,
+    ) -> Pattern<T> {
+        let Self { plan, cells, parts, own, .. } = *self;
         let samples = GridSamples::new(cells, is_triangle, parts);
         let turn = own.unwrap_or(0);
         let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
-        weights.fill(samples.points().iter().map(in_plan), &mut matrix);
+        maker.fill(plan, samples.points().iter().map(in_plan), scratch, &mut matrix);
         Pattern { samples, is_own: own.is_some(), matrix }
     }
 }
