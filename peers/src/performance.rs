@@ -32,8 +32,8 @@ use std::time::{Duration, Instant};
 
 pub const USAGE: &str = "usage: peers performance [options]
   --models DIR        where models are; default ../shared/models, then the repository's assets
-  --only SECTION,...  these sections alone: build refine animation tessellate stencils limit limit-stencils creases memory
-                      threads edits scaling
+  --only SECTION,...  these sections alone: build refine huge-pages animation tessellate stencils limit limit-stencils
+                      creases memory threads edits scaling
   --on MESH,...       these meshes alone: catmark_car mh_shoes03_semisharp makehuman_base ict_face_neutral cage_10k cage_100k
                       cage_1m cage_10m
   --quick             fewer and smaller meshes, fewer rounds
@@ -148,7 +148,7 @@ fn measure(options: &Options, section: &Section, mesh: &str) -> Result<(), Strin
     let start = Instant::now();
     let mut without: Vec<(String, String)> = Vec::new();
     loop {
-        let (records, end) = part(options, section.name, mesh, &without)?;
+        let (records, end) = part(options, section, mesh, &without)?;
         match end {
             End::Done => {
                 kept.retain(|r| !here(r));
@@ -179,20 +179,25 @@ enum End {
 /// Runs this program again for one part, and reads along.
 fn part(
     options: &Options,
-    section: &str,
+    section: &Section,
     mesh: &str,
     without: &[(String, String)],
 ) -> Result<(Vec<Record>, End), String> {
     let effort = options.effort();
     let mut command = Command::new(std::env::current_exe().map_err(|e| e.to_string())?);
-    command.args(["performance-part", section, mesh]);
+    command.args(["performance-part", section.name, mesh]);
     command.arg(options.models.as_deref().unwrap_or(""));
     command.args([effort.least_rounds, effort.most_rounds].map(|n| n.to_string()));
     command.args([effort.seconds.to_string(), options.quick.to_string()]);
     without.iter().for_each(|(name, why)| {
         command.args([name, why]);
     });
-    command.env("RAYON_NUM_THREADS", "1").env("OMP_NUM_THREADS", "1").stdin(Stdio::null()).stdout(Stdio::piped());
+    command
+        .envs(section.environment.iter().copied())
+        .env("RAYON_NUM_THREADS", "1")
+        .env("OMP_NUM_THREADS", "1")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped());
     let mut child = command.spawn().map_err(|e| e.to_string())?;
     let lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
     let (sender, receiver) = mpsc::channel();

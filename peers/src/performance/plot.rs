@@ -108,7 +108,7 @@ fn rows<'a>(area: &Area<'a>, title: &str, records: &[&Record]) -> Drawn<'a> {
     for (i, (name, values)) in rows.iter().enumerate() {
         let color = match *name {
             OURS | OUR_STENCILS | OURS_ANEW => BLUE,
-            FLOOR => GREY,
+            FLOOR | FLOOR_ORDINARY => GREY,
             _ => VERMILION,
         };
         let y = i as f64 + 0.5;

@@ -28,6 +28,7 @@ pub mod name {
     pub const OUR_STENCILS: &str = "subsurf stencils";
     pub const OURS_ANEW: &str = "subsurf, built anew";
     pub const FLOOR: &str = "writing the output";
+    pub const FLOOR_ORDINARY: &str = "writing, ordinary pages";
 }
 
 /// Names the program that refines with Dupuy and Vanhoey's half-edge rule.

@@ -37,7 +37,12 @@ pub struct Section {
     /// Of a quick run.
     pub quick: &'static [&'static str],
     pub run: fn(&Context<'_>, Emit<'_>) -> Result<(), String>,
+    /// What its processes find in their environment.
+    pub environment: &'static [(&'static str, &'static str)],
 }
+
+/// Has glibc ask for huge pages for all that it hands out.
+const HUGE_PAGES: &[(&str, &str)] = &[("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1")];
 
 const C10K: &str = "cage_10k";
 const C100K: &str = "cage_100k";
@@ -45,13 +50,14 @@ const C1M: &str = "cage_1m";
 const C10M: &str = "cage_10m";
 
 /// In the order of the document.
-pub const SECTIONS: [Section; 12] = [
+pub const SECTIONS: [Section; 13] = [
     Section {
         name: "build",
         title: "Build: from face lists to a surface that is ready to evaluate",
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: build::run,
+        environment: &[],
     },
     Section {
         name: "refine",
@@ -59,6 +65,15 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: refine::cold,
+        environment: &[],
+    },
+    Section {
+        name: "huge-pages",
+        title: "The same where everyone's memory is in huge pages",
+        meshes: &[CAR, CHARACTER, C100K, C1M],
+        quick: &[C10K],
+        run: refine::cold,
+        environment: HUGE_PAGES,
     },
     Section {
         name: "animation",
@@ -66,6 +81,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: refine::warm,
+        environment: &[],
     },
     Section {
         name: "tessellate",
@@ -73,6 +89,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
         quick: &[CAR],
         run: tessellate::run,
+        environment: &[],
     },
     Section {
         name: "stencils",
@@ -80,6 +97,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
         quick: &[CAR],
         run: stencils::refined,
+        environment: &[],
     },
     Section {
         name: "limit",
@@ -87,6 +105,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
         quick: &[CAR, C10K],
         run: limit::run,
+        environment: &[],
     },
     Section {
         name: "limit-stencils",
@@ -94,6 +113,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, SHOES, CHARACTER, C10K],
         quick: &[CAR],
         run: stencils::limit,
+        environment: &[],
     },
     Section {
         name: "creases",
@@ -101,6 +121,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR],
         quick: &[CAR],
         run: creases::run,
+        environment: &[],
     },
     Section {
         name: "memory",
@@ -108,6 +129,7 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
         quick: &[CAR, C10K],
         run: memory::run,
+        environment: &[],
     },
     Section {
         name: "threads",
@@ -115,14 +137,23 @@ pub const SECTIONS: [Section; 12] = [
         meshes: &[CHARACTER, C100K, C1M],
         quick: &[CHARACTER],
         run: threads::run,
+        environment: &[],
     },
-    Section { name: "edits", title: "Local edits", meshes: &[CHARACTER, C100K, C1M], quick: &[C10K], run: edits::run },
+    Section {
+        name: "edits",
+        title: "Local edits",
+        meshes: &[CHARACTER, C100K, C1M],
+        quick: &[C10K],
+        run: edits::run,
+        environment: &[],
+    },
     Section {
         name: "scaling",
         title: "Scaling: build and refinement of cages that grow",
         meshes: &[C10K, C100K, C1M, C10M],
         quick: &[C10K, C100K],
         run: build::scaling,
+        environment: &[],
     },
 ];
 

@@ -66,6 +66,7 @@ pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         Ok((refined, points))
     });
     contest.enter_cold(FLOOR, || Ok(floor::fresh(vertices, faces)));
+    contest.enter_cold(FLOOR_ORDINARY, || Ok(floor::fresh_in_ordinary_pages(vertices, faces)));
     context.run(contest, emit);
     Ok(())
 }

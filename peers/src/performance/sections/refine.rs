@@ -57,6 +57,7 @@ pub fn cold(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         contest.enter_cold(KERNELS, refine_kernels).noting(kernels_agree.unwrap_or_default());
         contest.enter_timed(HALF_EDGE, || half_edge.order("cold")).noting(half_edge_agrees);
         contest.enter_cold(FLOOR, || Ok(floor::fresh(vertices, faces)));
+        contest.enter_cold(FLOOR_ORDINARY, || Ok(floor::fresh_in_ordinary_pages(vertices, faces)));
         context.run(contest, emit);
     }
     Ok(())

@@ -73,6 +73,10 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
             let normals = normals.then(|| floor::fresh(points, 0));
             Ok((floor::fresh(points, facets), normals))
         });
+        contest.enter_cold(FLOOR_ORDINARY, || {
+            let normals = normals.then(|| floor::fresh_in_ordinary_pages(points, 0));
+            Ok((floor::fresh_in_ordinary_pages(points, facets), normals))
+        });
         context.run(contest, emit);
         warm(context, &table, level, normals, points, &grid, emit)?;
     }
