@@ -218,33 +218,78 @@ fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], by
 /// Ways that a whole face may lie in its plan and what it may evaluate.
 const WAYS: usize = 4 * 256;
 
+/// How many faces lie in which way, plan by plan; in memory of some bytes a face, of some kilobytes a plan at most.
+struct Ways {
+    /// By plan, the first of its slots; nothing for plans with few faces.
+    start: Vec<u32>,
+    /// By plan, how many slots there are, a power of two.
+    len: Vec<u32>,
+    slots: Vec<Slot>,
+}
+
+/// One way, if there are faces.
+#[derive(Clone, Copy)]
+struct Slot {
+    way: u32,
+    faces: u32,
+    /// Its pattern, once it has one.
+    pattern: u32,
+}
+
+impl Ways {
+    /// For plans with at least `least` faces.
+    fn new(users: &[u32], least: u32) -> Self {
+        let mut ways = Self { start: vec![NONE; users.len()], len: vec![0; users.len()], slots: Vec::new() };
+        for (plan, &users) in users.iter().enumerate().filter(|(_, users)| **users >= least) {
+            let len = (2 * users as usize).next_power_of_two().min(WAYS);
+            (ways.start[plan], ways.len[plan]) = (ways.slots.len() as u32, len as u32);
+            ways.slots.resize(ways.slots.len() + len, Slot { way: NONE, faces: 0, pattern: NONE });
+        }
+        ways
+    }
+
+    /// The slot of a way; none in plans with few faces.
+    #[inline]
+    fn slot(&mut self, plan: usize, way: u32) -> Option<&mut Slot> {
+        let (start, mask) = (self.start[plan], self.len[plan].wrapping_sub(1));
+        if start == NONE {
+            return None;
+        }
+        // With as many slots as ways, each has its own; else there are twice as many as faces.
+        let mut at = way & mask;
+        loop {
+            let slot = (start + at) as usize;
+            if self.slots[slot].way == NONE {
+                self.slots[slot].way = way;
+            }
+            if self.slots[slot].way == way {
+                return Some(&mut self.slots[slot]);
+            }
+            at = (at + 1) & mask;
+        }
+    }
+}
+
 /// The patterns that a layout calls for, and which of them every patch has.
 fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Frames) -> (Vec<Wanted>, Vec<u32>) {
     let (table, t) = (layout.table, layout.table.topology());
-    // Plans with many faces count them by the way they lie.
-    let mut start = vec![NONE; users.len()];
-    let mut ways: Vec<u32> = Vec::new();
-    for (start, _) in start.iter_mut().zip(users).filter(|(_, users)| **users >= frames.many_faces()) {
-        *start = ways.len() as u32;
-        ways.resize(ways.len() + WAYS, 0);
-    }
+    let least = frames.many_faces();
+    let mut ways = Ways::new(users, least);
     // Faces that are asked for more sides than those they own.
     let seen_again: BTreeSet<u32> = sides.iter().flat_map(|s| s.edges()).map(|h| t.face(h).0).collect();
     let way = |face: Face, patch: usize| {
-        let start = start[table.patch_plan(patch)?];
-        let is_plain = start != NONE && table.subfaces(face) == 1 && !seen_again.contains(&face.0);
-        let number = usize::from(table.turn(patch)) << 8 | usize::from(layout.owned(patch));
-        is_plain.then(|| start as usize + number)
+        let plan = table.patch_plan(patch)?;
+        let is_plain = table.subfaces(face) == 1 && !seen_again.contains(&face.0);
+        is_plain.then(|| (plan, u32::from(table.turn(patch)) << 8 | u32::from(layout.owned(patch))))
     };
     let faces = || (0..t.face_count() as u32).map(Face);
     for face in faces() {
-        if let Some(way) = way(face, table.patch(face, 0)) {
-            ways[way] += 1;
+        if let Some((plan, way)) = way(face, table.patch(face, 0))
+            && let Some(slot) = ways.slot(plan, way)
+        {
+            slot.faces += 1;
         }
     }
-    // From counts to numbers of patterns.
-    let is_many = |count: u32| count >= frames.many_faces() && count < NONE;
-    let mut known: Vec<u32> = ways.iter().map(|&count| if is_many(count) { NONE } else { NONE - 1 }).collect();
     let mut list: Vec<Wanted> = Vec::new();
     let mut shared = vec![NONE; users.len()];
     let mut of_patch = vec![NONE; table.patch_count()];
@@ -259,13 +304,14 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
                 list.push(Wanted { plan, cells, parts, own, is_passing: true });
                 continue;
             }
-            let own = way(face, patch).filter(|&way| known[way] != NONE - 1);
-            let known = own.map_or(&mut shared[plan], |way| &mut known[way]);
+            let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);
+            let is_own = own.is_some();
+            let known = own.map_or(&mut shared[plan], |slot| &mut slot.pattern);
             if *known == NONE {
                 *known = list.len() as u32;
-                let (parts, own) = match own {
-                    Some(_) => (layout.owned(patch), Some(table.turn(patch))),
-                    None => (ALL, None),
+                let (parts, own) = match is_own {
+                    true => (layout.owned(patch), Some(table.turn(patch))),
+                    false => (ALL, None),
                 };
                 list.push(Wanted { plan, cells, parts, own, is_passing: false });
             }

@@ -16,7 +16,7 @@ use crate::scheme::Scheme;
 use crate::shading::ShadingNormals;
 use rayon::prelude::*;
 use std::sync::Mutex;
-use subsurf_memory::{advise, with_capacity};
+use subsurf_memory::{advise, reserve, with_capacity};
 
 /// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once.
 ///
@@ -81,6 +81,11 @@ impl PatchTable {
         let is_faceted = options.normals && self.scheme() == Scheme::Bilinear;
         let shared = options.normals && !is_faceted;
         let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
+        if frames == Frames::One {
+            // Positions, normals, and about one facet of four corners a point.
+            let normals = if shared { layout.points() } else { 0 };
+            reserve((layout.points() + normals) * size_of::<[T; 3]>() + 5 * layout.points() * size_of::<u32>());
+        }
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
         let faceted = is_faceted.then(|| PatchNormals::of(&facets));

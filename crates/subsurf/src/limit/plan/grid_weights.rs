@@ -54,12 +54,14 @@ struct Sample {
     at: [u32; 2],
 }
 
-/// Control points of a node over the plan's ring: some rows of a matrix.
+/// Control points of a node or leaf over the plan's ring: some rows of a matrix.
 #[derive(Clone, Copy)]
 struct Control<'m> {
     matrix: &'m [[f64; WIDTH]],
     /// Which rows; all where there is no list.
     some: Option<&'m [u32]>,
+    /// How the parameters lie in the face.
+    jacobian: Jacobian,
 }
 
 impl Control<'_> {
@@ -72,7 +74,7 @@ impl Control<'_> {
     }
 }
 
-/// How the parameters of a node or leaf lie in the face: `∂s/∂u ∂t/∂u`, `∂s/∂v ∂t/∂v`.
+/// `∂s/∂u ∂t/∂u`, `∂s/∂v ∂t/∂v`.
 type Jacobian = [[f64; 2]; 2];
 
 /// Where the weights of a plan go.
@@ -122,8 +124,8 @@ impl<'a> GridMaker<'a> {
             identity.clear();
             identity.resize(ring * target.chunks, [0.0; WIDTH]);
             (0..ring).for_each(|p| identity[p * target.chunks + p / WIDTH][p % WIDTH] = 1.0);
-            let control = Control { matrix: &identity, some: None };
-            self.node(plan.start, control, whole, &samples, scratch, &mut target);
+            let control = Control { matrix: &identity, some: None, jacobian: whole };
+            self.node(plan.start, control, &samples, scratch, &mut target);
             scratch.matrices.push(identity);
         }
         scratch.lists.push(samples);
@@ -134,18 +136,17 @@ impl<'a> GridMaker<'a> {
         &self,
         link: Link,
         control: Control<'_>,
-        jacobian: Jacobian,
         samples: &[Sample],
         scratch: &mut GridScratch,
         target: &mut Target<'_, T>,
     ) {
         match &self.plans.nodes[link.node as usize].body {
-            Body::Leaf(leaf) => self.leaf(leaf, link, control, jacobian, samples, scratch, target),
+            Body::Leaf(leaf) => self.leaf(leaf, link, control, samples, scratch, target),
             // There the way down does not end.
             Body::Split(split) if split.ends.is_some() && samples.len() == 1 => {
-                self.singly(link, control, jacobian, samples, target);
+                self.singly(link, control, samples, target);
             }
-            Body::Split(split) => self.split(split, link, control, jacobian, samples, scratch, target),
+            Body::Split(split) => self.split(split, link, control, samples, scratch, target),
         }
     }
 
@@ -154,7 +155,6 @@ impl<'a> GridMaker<'a> {
         split: &Split,
         link: Link,
         control: Control<'_>,
-        jacobian: Jacobian,
         samples: &[Sample],
         scratch: &mut GridScratch,
         target: &mut Target<'_, T>,
@@ -198,9 +198,9 @@ impl<'a> GridMaker<'a> {
             let flip = if number == 3 && self.grid.split == SplitKind::Triangles { -1.0 } else { 1.0 };
             let speed = if halved { 2.0 * flip } else { 1.0 };
             let pose = Pose { turn: child.turn, speed: [speed; 2] };
-            let inner = product(jacobian, pose.jacobian(self.grid.split));
-            let control = Control { matrix: &matrix, some: Some(&child.ring) };
-            self.node(child.link(link.raise), control, inner, list, scratch, target);
+            let jacobian = product(control.jacobian, pose.jacobian(self.grid.split));
+            let control = Control { matrix: &matrix, some: Some(&child.ring), jacobian };
+            self.node(child.link(link.raise), control, list, scratch, target);
         }
         scratch.lists.extend(lists);
         scratch.matrices.push(matrix);
@@ -211,14 +211,13 @@ impl<'a> GridMaker<'a> {
         leaf: &Leaf,
         link: Link,
         control: Control<'_>,
-        jacobian: Jacobian,
         samples: &[Sample],
         scratch: &mut GridScratch,
         target: &mut Target<'_, T>,
     ) {
         let (turn, sharpness, basis) = match (&leaf.shape, self.grid.split) {
-            _ if !leaf.creases.is_empty() => return self.singly(link, control, jacobian, samples, target),
-            (LeafShape::Linear, _) => return self.singly(link, control, jacobian, samples, target),
+            _ if !leaf.creases.is_empty() => return self.singly(link, control, samples, target),
+            (LeafShape::Linear, _) => return self.singly(link, control, samples, target),
             (LeafShape::Regular, SplitKind::Quads) => (0, None, None),
             (LeafShape::Regular, SplitKind::Triangles) => (0, None, Some(self.bases.of(None))),
             (LeafShape::SingleCrease { turn, sharpness }, _) => (*turn, Some(sharpness + f64::from(link.raise)), None),
@@ -230,15 +229,16 @@ impl<'a> GridMaker<'a> {
         combine(control, &leaf.points, target.chunks, &mut matrix);
         turned.clear();
         turned.extend(samples.iter().map(|s| Sample { at: self.grid.turned(s.at, turn), ..*s }));
-        let jacobian = product(jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
+        let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
+        let own = Control { matrix: &matrix, some: None, jacobian };
         match basis {
-            Some(basis) => self.by_point(&basis, &matrix, jacobian, &turned, target),
+            Some(basis) => self.by_point(&basis, own, &turned, target),
             None => {
                 let curve = |j: u32| match sharpness {
                     Some(sharpness) => single_crease::curve(1.0 - f64::from(j) / f64::from(self.grid.cells), sharpness),
                     None => self.cubic[j as usize],
                 };
-                self.by_curves(curve, &matrix, jacobian, &turned, target);
+                self.by_curves(curve, own, &turned, target);
             }
         }
         scratch.lists.push(turned);
@@ -249,8 +249,7 @@ impl<'a> GridMaker<'a> {
     fn by_curves<T: Real>(
         &self,
         across: impl Fn(u32) -> [[f64; 4]; 3],
-        matrix: &[[f64; WIDTH]],
-        jacobian: Jacobian,
+        control: Control<'_>,
         samples: &[Sample],
         target: &mut Target<'_, T>,
     ) {
@@ -271,10 +270,10 @@ impl<'a> GridMaker<'a> {
                 vectorized(
                     #[inline(always)]
                     || match (two, self.count) {
-                        (true, 1) => run_of::<T, 2, 1>(run, common, &outer, &curve, matrix, jacobian, chunk, target),
-                        (true, _) => run_of::<T, 2, 3>(run, common, &outer, &curve, matrix, jacobian, chunk, target),
-                        (false, 1) => run_of::<T, 1, 1>(run, common, &outer, &curve, matrix, jacobian, chunk, target),
-                        (false, _) => run_of::<T, 1, 3>(run, common, &outer, &curve, matrix, jacobian, chunk, target),
+                        (true, 1) => run_of::<T, 2, 1>(run, common, &outer, &curve, control, chunk, target),
+                        (true, _) => run_of::<T, 2, 3>(run, common, &outer, &curve, control, chunk, target),
+                        (false, 1) => run_of::<T, 1, 1>(run, common, &outer, &curve, control, chunk, target),
+                        (false, _) => run_of::<T, 1, 3>(run, common, &outer, &curve, control, chunk, target),
                     },
                 );
             }
@@ -285,8 +284,7 @@ impl<'a> GridMaker<'a> {
     fn by_point<T: Real>(
         &self,
         basis: &Basis<'_>,
-        matrix: &[[f64; WIDTH]],
-        jacobian: Jacobian,
+        control: Control<'_>,
         samples: &[Sample],
         target: &mut Target<'_, T>,
     ) {
@@ -300,10 +298,10 @@ impl<'a> GridMaker<'a> {
                             for order in 0..self.count {
                                 let weights = weights[order].iter().enumerate();
                                 for (i, &w) in weights {
-                                    add(&mut rows[order][0], w, &matrix[i * target.chunks + chunk]);
+                                    add(&mut rows[order][0], w, &control.matrix[i * target.chunks + chunk]);
                                 }
                             }
-                            put_chunks(&rows, chunk, sample.number, jacobian, self.count, target);
+                            put_chunks(&rows, chunk, sample.number, control.jacobian, self.count, target);
                         }
                     },
                 );
@@ -312,14 +310,7 @@ impl<'a> GridMaker<'a> {
     }
 
     /// Samples of a node one by one.
-    fn singly<T: Real>(
-        &self,
-        link: Link,
-        control: Control<'_>,
-        jacobian: Jacobian,
-        samples: &[Sample],
-        target: &mut Target<'_, T>,
-    ) {
+    fn singly<T: Real>(&self, link: Link, control: Control<'_>, samples: &[Sample], target: &mut Target<'_, T>) {
         for &sample in samples {
             let weights = self.single(link, sample);
             for chunk in 0..target.chunks {
@@ -329,7 +320,7 @@ impl<'a> GridMaker<'a> {
                         add(&mut rows[0], w, &control.matrix[control.row(i) * target.chunks + chunk]);
                     }
                 }
-                put_chunks(&rows, chunk, sample.number, jacobian, self.count, target);
+                put_chunks(&rows, chunk, sample.number, control.jacobian, self.count, target);
             }
         }
     }
@@ -442,8 +433,7 @@ fn run_of<T: Real, const K: usize, const COUNT: usize>(
     common: usize,
     outer: &[[f64; 4]; 3],
     curve: &impl Fn(usize, u32) -> [[f64; 4]; 3],
-    matrix: &[[f64; WIDTH]],
-    jacobian: Jacobian,
+    control: Control<'_>,
     chunk: usize,
     target: &mut Target<'_, T>,
 ) {
@@ -452,7 +442,7 @@ fn run_of<T: Real, const K: usize, const COUNT: usize>(
     for i in 0..4 {
         for j in 0..4 {
             let point = if common == 1 { 4 * j + i } else { 4 * i + j };
-            let from = &matrix[point * target.chunks + chunk..][..K];
+            let from = &control.matrix[point * target.chunks + chunk..][..K];
             for k in 0..K {
                 add(&mut line[0][i][k], outer[0][j], &from[k]);
                 if COUNT == 3 {
@@ -473,7 +463,7 @@ fn run_of<T: Real, const K: usize, const COUNT: usize>(
                 }
             }
         }
-        put_chunks(&rows, chunk, sample.number, jacobian, COUNT, target);
+        put_chunks(&rows, chunk, sample.number, control.jacobian, COUNT, target);
     }
 }
 
