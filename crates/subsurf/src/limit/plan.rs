@@ -12,22 +12,20 @@
 //! raises, a plan is a node with a raise, and the way down takes one from the raise at every level. So the end of a crease
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
-mod columns;
 mod compile;
 mod fan;
 mod fan_mesh;
-mod grid_jobs;
+mod grid;
 mod grid_weights;
-mod lattice;
 mod leaf;
+mod leaf_basis;
 mod place_weights;
 mod refined_points;
 mod sub_patches;
 mod template;
 
 pub(super) use compile::Numbers;
-pub(crate) use grid_jobs::GridScratch;
-pub(crate) use grid_weights::{GridMaker, GridWeights};
+pub(crate) use grid_weights::{GridMaker, GridScratch};
 pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
@@ -393,7 +391,12 @@ impl Points {
         rows.row(i)
     }
 
+    fn len(&self) -> usize {
+        self.shared.as_ref().map_or(0, |rows| rows.len()) + self.own.len()
+    }
+
     /// Where row `i` is.
+    #[inline]
     fn of(&self, i: usize) -> (&Rows, usize) {
         match &self.shared {
             Some(shared) if i < shared.len() => (shared, i),

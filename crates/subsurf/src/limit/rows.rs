@@ -66,6 +66,13 @@ impl Rows {
         self.offset == other.offset && self.column == other.column
     }
 
+    /// Columns and weights of a row.
+    #[inline(always)]
+    pub fn terms(&self, i: usize) -> (&[u32], &[f64]) {
+        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
+        (&self.column[range.clone()], &self.weight[range])
+    }
+
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         self.column[range.clone()].iter().copied().zip(self.weight[range].iter().copied())
