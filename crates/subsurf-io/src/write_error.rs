@@ -27,6 +27,12 @@ pub enum WriteError {
         /// The path as given.
         name: String,
     },
+    /// A file lies where the path needs a folder.
+    #[error("{name}: the path goes through a file; name a folder instead of it")]
+    NotAFolder {
+        /// The path as given.
+        name: String,
+    },
     /// A folder of that name exists.
     #[error("{name}: is a folder; give a file name")]
     IsDirectory {
@@ -68,7 +74,8 @@ impl WriteError {
     pub fn from_io(path: &Path, source: io::Error) -> Self {
         let name = path.display().to_string();
         match source.kind() {
-            ErrorKind::NotFound | ErrorKind::NotADirectory => Self::NoFolder { name },
+            ErrorKind::NotFound => Self::NoFolder { name },
+            ErrorKind::NotADirectory => Self::NotAFolder { name },
             ErrorKind::IsADirectory => Self::IsDirectory { name },
             ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => Self::PermissionDenied { name },
             _ => Self::Io { name, source },

@@ -81,6 +81,8 @@ fn files_that_cannot_be_written_are_named_before_any_work() {
     folder.run(&format!("refine {cube} -l 1 -o out.stl")).failed(&["out.stl", ".obj, .ply, .glb"]);
     folder.run(&format!("tessellate {cube} -r 1 -o out")).failed(&["out", ".obj, .ply, .glb"]);
     folder.run(&format!("render {cube} -o none/out.png")).failed(&["none/out.png", "no such folder"]);
+    folder.run(&format!("refine {cube} -l 1 -o {cube}/out.obj")).failed(&["out.obj", "goes through a file"]);
+    folder.run(&format!("figures {cube} --only ratio")).failed(&["the path goes through a file"]);
     folder.run(&format!("eval {cube} --at at.csv -o out.txt")).failed(&["out.txt", ".csv"]);
     folder.write("kept.obj", "kept");
     let mut permissions = std::fs::metadata(folder.path("kept.obj")).unwrap().permissions();
