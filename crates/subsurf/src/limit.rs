@@ -17,6 +17,7 @@ mod level;
 mod linear_boundary;
 mod local_step;
 mod patch_table;
+mod places;
 pub(crate) mod plan;
 mod plan_key;
 

@@ -6,7 +6,8 @@
 use super::LimitSurface;
 use super::by_patch::ByPatch;
 use super::jet::{Derivatives, Jet, Location};
-use super::sampler::{Places, Sampler, TOGETHER};
+use super::places::{Places, TOGETHER};
+use super::sampler::Sampler;
 use crate::index::Face;
 use crate::real::Real;
 use rayon::prelude::*;
@@ -39,11 +40,13 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// As [`eval`](Self::eval).
     pub fn eval_many(&self, locations: &[Location]) -> Vec<Option<Jet<N>>> {
         let mut rows = vec![[[0.0; N]; 6]; locations.len()];
+        subsurf_memory::advise(&mut rows);
         let exceptional = self.rows_into(locations, &mut rows);
         let regular = |&[position, du, dv, uu, uv, vv]: &[[f64; N]; 6]| {
             Some(Jet::regular([position, du, dv], Some([uu, uv, vv])))
         };
-        let mut jets: Vec<Option<Jet<N>>> = rows.par_iter().map(regular).collect();
+        let mut jets: Vec<Option<Jet<N>>> = subsurf_memory::with_capacity(locations.len());
+        rows.par_iter().map(regular).collect_into_vec(&mut jets);
         exceptional.iter().for_each(|e| jets[e.sample] = self.eval_second(locations[e.sample]));
         jets
     }
@@ -203,7 +206,7 @@ impl<T: Real> Chunk<T> {
                     |k| bucket.place(start + k),
                 );
                 // Rows lie all over the place, so many reads at a time, that they are at hand when they are written.
-                for (touched, &row) in touched.iter_mut().zip(places.numbers()) {
+                for (touched, &row) in touched.iter_mut().zip(&places.number) {
                     let row = rows[row as usize].as_flattened();
                     *touched = [row.first(), row.last()].map(|end| end.copied().unwrap_or_default());
                 }

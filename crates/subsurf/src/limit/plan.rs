@@ -234,7 +234,7 @@ impl Place {
         if split == SplitKind::Quads {
             // Corners 0, 1, 2, 3 have bits 00, 10, 11, 01; nothing branches on where the place happens to be.
             let (in_u, in_v) = (u8::from(u >= 0.5), u8::from(v >= 0.5));
-            let own = ((3 * in_v ^ in_u) + 4 - self.turn) & 3;
+            let own = (((3 * in_v) ^ in_u) + 4 - self.turn) & 3;
             let (u, v) = (2.0 * u - f64::from(in_u), 2.0 * v - f64::from(in_v));
             return (usize::from(own), Self { u, v, depth: self.depth + 1, speed: 2.0 * self.speed, ..self });
         }

@@ -1,59 +1,17 @@
 //! Samples of one patch: its ring is gathered once, each sub-patch's control points are formed once. One location by itself
 //! takes the same way in `f64`.
 
+use super::LimitSurface;
 use super::batch::Exceptional;
 use super::fours::Fours;
 use super::lanes::{Panel, Piece, curves, turns, weighted};
+use super::places::Places;
 use super::plan::{ControlPoints, Plan, Spot, SubPatch};
-use super::{LimitSurface, PatchTable};
 use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, vectorized};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
 use fearless_simd::{Level, Simd, dispatch};
 use std::ops::Range;
-
-/// Samples whose parameters are read and checked together. Larger: they do not stay in the cache; smaller: fewer reads at
-/// a time.
-pub(super) const TOGETHER: usize = 512;
-
-/// Parameters of samples and their numbers.
-pub(super) struct Places {
-    /// Parameters; room for a whole lot after the last.
-    u: Vec<f64>,
-    v: Vec<f64>,
-    number: Vec<u32>,
-}
-
-impl Places {
-    pub fn new() -> Self {
-        let zeros = vec![0.0; TOGETHER + LOT];
-        Self { u: zeros.clone(), v: zeros, number: Vec::with_capacity(TOGETHER) }
-    }
-
-    /// Numbers of the samples.
-    pub fn numbers(&self) -> &[u32] {
-        &self.number
-    }
-
-    /// Takes samples in: parameters and numbers.
-    ///
-    /// # Panics
-    /// If parameters lie outside of faces.
-    #[inline(always)]
-    pub fn set(&mut self, table: &PatchTable, count: usize, each: impl Fn(usize) -> ([f64; 2], u32)) {
-        let count = count.min(TOGETHER);
-        self.number.clear();
-        self.number.resize(count, 0);
-        let (us, vs) = (&mut self.u[..count], &mut self.v[..count]);
-        for (k, ((u, v), number)) in us.iter_mut().zip(vs).zip(&mut self.number).enumerate() {
-            ([*u, *v], *number) = each(k);
-        }
-        vectorized(
-            #[inline(always)]
-            || table.check_all(&self.u[..count], &self.v[..count]),
-        );
-    }
-}
 
 /// A patch and its samples.
 pub(super) struct Sampler<T> {
@@ -82,7 +40,7 @@ struct Met {
 }
 
 /// Samples that are put in order together. Larger: memory on the stack; smaller: fewer samples of a piece at a time.
-const LOT: usize = 2 * LANES;
+pub(super) const LOT: usize = 2 * LANES;
 
 /// Samples of pieces; room for a whole block after the last.
 struct Lot<T> {
@@ -263,7 +221,12 @@ impl<T: Real> Sampler<T> {
                         let piece = &self.pieces[place];
                         let finer = if piece.fine.is_some() { Some(&self.finer[place]) } else { None };
                         if split == SplitKind::Triangles || number.len() == 1 {
-                            each(simd, piece, finer, split, (&lot.s[start..], &lot.t[start..]), number, PART * part, rows);
+                            for k in start..end {
+                                let [s, t] = [lot.s[k], lot.t[k]];
+                                let across = curves::<T, R, 1>(&[t]);
+                                let sample = piece.sample::<_, R, 1>(simd, split, finer, [s, t], (&across, 0));
+                                put(&sample, PART * part, &mut rows[lot.sample[k] as usize]);
+                            }
                             continue;
                         }
                         let fours = Fours::new(simd, piece, finer);
@@ -411,25 +374,6 @@ fn sorted<T: Real>(lot: &Lot<T>, groups: &Groups) -> Lot<T> {
     }
     sorted.count = lot.count;
     sorted
-}
-
-/// Samples one by one.
-#[inline(always)]
-fn each<T: Real, S: Simd, const N: usize, const R: usize>(
-    simd: S,
-    piece: &Piece<T>,
-    finer: Option<&Panel<T>>,
-    split: SplitKind,
-    (s, t): (&[T], &[T]),
-    number: &[u32],
-    first: usize,
-    rows: &mut [[[T; N]; R]],
-) {
-    for k in 0..number.len() {
-        let [s, t] = [s[k], t[k]];
-        let sample = piece.sample::<_, R, 1>(simd, split, finer, [s, t], (&curves::<T, R, 1>(&[t]), 0));
-        put(&sample, first, &mut rows[number[k] as usize]);
-    }
 }
 
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
