@@ -3,11 +3,13 @@
 mod batch;
 mod box_spline;
 mod bspline;
+mod by_patch;
 mod corner;
 mod deflated;
 mod eigen;
 mod fan_class;
 mod fans;
+mod fours;
 mod gather;
 mod jet;
 mod lanes;
@@ -15,6 +17,7 @@ mod level;
 mod linear_boundary;
 mod local_step;
 mod patch_table;
+mod places;
 pub(crate) mod plan;
 mod plan_key;
 

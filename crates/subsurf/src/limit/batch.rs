@@ -4,7 +4,9 @@
 //! the same bits in any batch, in any order, on any number of threads.
 
 use super::LimitSurface;
+use super::by_patch::ByPatch;
 use super::jet::{Derivatives, Jet, Location};
+use super::places::{Places, TOGETHER};
 use super::sampler::Sampler;
 use crate::index::Face;
 use crate::real::Real;
@@ -14,9 +16,10 @@ use rayon::prelude::*;
 /// samples of a face together where their order is random.
 const CHUNK: [usize; 2] = [1 << 12, 1 << 22];
 
-/// Sorted locations whose parameters and rows are brought into the cache together. Larger: they do not stay there;
-/// smaller: fewer reads at a time.
-const TOGETHER: usize = 512;
+/// Locations that are looked at together for how often faces change, and how many times at most. Larger: memory is read twice;
+/// smaller: chance decides.
+const PROBE: usize = 256;
+const MOST_PROBES: usize = 16;
 
 /// A sample of a batch whose row is not simply position and derivatives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -37,11 +40,13 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// As [`eval`](Self::eval).
     pub fn eval_many(&self, locations: &[Location]) -> Vec<Option<Jet<N>>> {
         let mut rows = vec![[[0.0; N]; 6]; locations.len()];
+        subsurf_memory::advise(&mut rows);
         let exceptional = self.rows_into(locations, &mut rows);
         let regular = |&[position, du, dv, uu, uv, vv]: &[[f64; N]; 6]| {
             Some(Jet::regular([position, du, dv], Some([uu, uv, vv])))
         };
-        let mut jets: Vec<Option<Jet<N>>> = rows.par_iter().map(regular).collect();
+        let mut jets: Vec<Option<Jet<N>>> = subsurf_memory::with_capacity(locations.len());
+        rows.par_iter().map(regular).collect_into_vec(&mut jets);
         exceptional.iter().for_each(|e| jets[e.sample] = self.eval_second(locations[e.sample]));
         jets
     }
@@ -100,7 +105,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         self.table().patch_plan(patch)?;
         let mut sampler = Sampler::default();
         sampler.meet(patch);
-        Some(LimitPatch { surface: self, sampler })
+        Some(LimitPatch { surface: self, sampler, places: Places::new() })
     }
 }
 
@@ -114,6 +119,7 @@ fn check_rows<const R: usize>(samples: usize, rows: usize) {
 pub struct LimitPatch<'a, T, const N: usize> {
     surface: &'a LimitSurface<'a, T, N>,
     sampler: Sampler<T>,
+    places: Places,
 }
 
 impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
@@ -123,7 +129,10 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     /// If parameters lie outside the face, or if there is not one row per sample.
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
-        self.sampler.run(self.surface, places.len(), |k| k as u32, |k| places[k], rows);
+        for (start, some) in (0..).step_by(TOGETHER).zip(places.chunks(TOGETHER)) {
+            self.places.set(self.surface.table(), some.len(), |k| (some[k], (start + k) as u32));
+            self.sampler.run(self.surface, &self.places, 0..some.len(), rows);
+        }
         self.sampler.take_exceptional(0)
     }
 }
@@ -131,22 +140,19 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
 /// Reusable memory of one thread.
 struct Chunk<T> {
     sampler: Sampler<T>,
-    /// The patch of every sample above its number: sorted, the samples of a patch are together and in order.
-    keys: Vec<u64>,
-    other: Vec<u64>,
-    /// Parameters of some of them, and the ends of their rows.
-    places: Vec<[f64; 2]>,
+    by_patch: ByPatch,
+    /// Some of them, and the ends of their rows.
+    places: Places,
     touched: Vec<[T; 2]>,
 }
 
-impl<T> Default for Chunk<T> {
+impl<T: Real> Default for Chunk<T> {
     fn default() -> Self {
         Self {
             sampler: Sampler::default(),
-            keys: Vec::new(),
-            other: Vec::new(),
-            places: Vec::new(),
-            touched: Vec::new(),
+            by_patch: ByPatch::default(),
+            places: Places::new(),
+            touched: vec![[T::default(); 2]; TOGETHER],
         }
     }
 }
@@ -160,64 +166,61 @@ impl<T: Real> Chunk<T> {
         rows: &mut [[[T; N]; R]],
         first: usize,
     ) -> Vec<Exceptional> {
-        let Self { sampler, keys, other, places, touched } = self;
+        let Self { sampler, by_patch, places, touched } = self;
         let table = surface.table();
         let is_same = |a: &Location, b: &Location| (a.face == b.face) & (a.subface == b.subface);
-        let mut changes = 0;
-        for pair in locations.windows(2) {
-            changes += usize::from(!is_same(&pair[0], &pair[1]));
+        // How often faces change, in some places.
+        let (mut changes, mut pairs) = (0, 0);
+        for some in locations.chunks(PROBE).step_by(locations.len().div_ceil(MOST_PROBES * PROBE).max(1)) {
+            for pair in some.windows(2) {
+                changes += usize::from(!is_same(&pair[0], &pair[1]));
+            }
+            pairs += some.len();
         }
-        if 4 * changes <= locations.len() {
-            let mut start = 0;
-            for run in locations.chunk_by(is_same) {
-                sampler.meet(table.patch(run[0].face, run[0].subface));
-                sampler.run(surface, run.len(), |k| (start + k) as u32, |k| [run[k].u, run[k].v], rows);
-                start += run.len();
+        if 4 * changes <= pairs {
+            for (number, some) in (0..).step_by(TOGETHER).zip(locations.chunks(TOGETHER)) {
+                places.set(
+                    table,
+                    some.len(),
+                    #[inline(always)]
+                    |k| ([some[k].u, some[k].v], (number + k) as u32),
+                );
+                let mut start = 0;
+                for run in some.chunk_by(is_same) {
+                    sampler.meet(table.patch(run[0].face, run[0].subface));
+                    sampler.run(surface, places, start..start + run.len(), rows);
+                    start += run.len();
+                }
             }
             return sampler.take_exceptional(first);
         }
-        keys.clear();
-        let patch = |at: &Location| table.patch(at.face, at.subface) as u64;
-        keys.extend(locations.iter().enumerate().map(|(i, at)| patch(at) << 32 | i as u64));
-        sort_by_patch(keys, other, table.patch_count());
-        for part in keys.chunks(TOGETHER) {
-            // Memory is read all over the place, so many reads at a time; rows too, that they are at hand when they are written.
-            places.clear();
-            touched.clear();
-            for &key in part {
-                let at = &locations[key as u32 as usize];
-                places.push([at.u, at.v]);
-                let row = rows[key as u32 as usize].as_flattened();
-                touched.push([row.first(), row.last()].map(|end| end.copied().unwrap_or_default()));
-            }
-            let mut start = 0;
-            for run in part.chunk_by(|a, b| a >> 32 == b >> 32) {
-                let places = &places[start..start + run.len()];
-                sampler.meet((run[0] >> 32) as usize);
-                sampler.run(surface, run.len(), |k| run[k] as u32, |k| places[k], rows);
-                start += run.len();
+        by_patch.fill(table, locations);
+        for number in 0..by_patch.buckets() {
+            let bucket = by_patch.bucket(number);
+            for start in (0..bucket.len()).step_by(TOGETHER) {
+                let end = (start + TOGETHER).min(bucket.len());
+                places.set(
+                    table,
+                    end - start,
+                    #[inline(always)]
+                    |k| bucket.place(start + k),
+                );
+                // Rows lie all over the place, so many reads at a time, that they are at hand when they are written.
+                for (touched, &row) in touched.iter_mut().zip(&places.number) {
+                    let row = rows[row as usize].as_flattened();
+                    *touched = [row.first(), row.last()].map(|end| end.copied().unwrap_or_default());
+                }
+                let mut k = start;
+                while k < end {
+                    let (patch, first) = (bucket.patch(k), k);
+                    while k < end && bucket.patch(k) == patch {
+                        k += 1;
+                    }
+                    sampler.meet(patch);
+                    sampler.run(surface, places, first - start..k - start, rows);
+                }
             }
         }
         sampler.take_exceptional(first)
-    }
-}
-
-/// Sorts keys by their upper halves, patches up to `patches`: eleven bits at a time, the lowest first.
-fn sort_by_patch(keys: &mut Vec<u64>, other: &mut Vec<u64>, patches: usize) {
-    const BITS: u32 = 11;
-    other.resize(keys.len(), 0);
-    let mut shift = 0;
-    while shift < 32 && (patches - 1) >> shift > 0 {
-        let digit = |key: u64| (key >> (32 + shift)) as usize & ((1 << BITS) - 1);
-        let mut start = [0u32; (1 << BITS) + 1];
-        keys.iter().for_each(|&key| start[digit(key) + 1] += 1);
-        (0..1 << BITS).for_each(|d| start[d + 1] += start[d]);
-        for &key in &*keys {
-            let at = &mut start[digit(key)];
-            other[*at as usize] = key;
-            *at += 1;
-        }
-        std::mem::swap(keys, other);
-        shift += BITS;
     }
 }

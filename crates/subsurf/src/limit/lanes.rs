@@ -31,11 +31,11 @@ pub(super) fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
 /// A part of a sub-patch of a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece<T> {
-    panel: Panel<T>,
+    pub panel: Panel<T>,
     /// What the control points are relative to.
-    origin: Part<T>,
+    pub origin: Part<T>,
     /// Factors of derivatives.
-    turn: Option<Turn<T>>,
+    pub turn: Option<Turn<T>>,
     /// What further control points are for; they are in a panel of their own.
     pub fine: Option<Fine>,
 }
@@ -126,12 +126,26 @@ pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     blocks: &[[T; LANES]],
     ring: impl Fn(usize) -> Part<T> + Copy,
 ) -> Panel<T> {
-    let mut sums = [T::splat(simd, T::default()); PART];
-    for p in 0..blocks.len() {
-        let (weights, point) = (T::load(simd, &blocks[p]), ring(p));
-        for c in 0..if N < PART { N } else { PART } {
-            sums[c] = T::plus(simd, sums[c], T::times(simd, weights, T::splat(simd, point[c])));
+    // Even and odd points apart, so that additions need not wait for each other.
+    let mut sides = [[T::splat(simd, T::default()); PART]; 2];
+    let even = blocks.len() & !1;
+    for p in (0..even).step_by(2) {
+        for side in 0..2 {
+            let (weights, point) = (T::load(simd, &blocks[p + side]), ring(p + side));
+            for c in 0..if N < PART { N } else { PART } {
+                sides[side][c] = T::plus(simd, sides[side][c], T::times(simd, weights, T::splat(simd, point[c])));
+            }
         }
+    }
+    if even < blocks.len() {
+        let (weights, point) = (T::load(simd, &blocks[even]), ring(even));
+        for c in 0..if N < PART { N } else { PART } {
+            sides[0][c] = T::plus(simd, sides[0][c], T::times(simd, weights, T::splat(simd, point[c])));
+        }
+    }
+    let mut sums = sides[0];
+    for c in 0..if N < PART { N } else { PART } {
+        sums[c] = T::plus(simd, sums[c], sides[1][c]);
     }
     // From one component of all points to all components of one.
     let ([xz, yw], mut panel) = ([[sums[0], sums[2]], [sums[1], sums[3]]], [[T::default(); LANES]; 4]);
@@ -147,14 +161,14 @@ pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
 /// Weights of curves at `W` parameters, by order of differentiation and control point.
 pub(super) type Curves<T, const W: usize> = [[[T; W]; 4]; 3];
 
+/// Weights up to a derivative: as many orders as rows of `R` vectors need.
 #[inline(always)]
-pub(super) fn curves<T: Real, const W: usize>(t: &[T; W]) -> Curves<T, W> {
+pub(super) fn curves<T: Real, const R: usize, const W: usize>(t: &[T; W]) -> Curves<T, W> {
     let mut weights = [[[T::default(); W]; 4]; 3];
     for i in 0..4 {
-        for k in 0..W {
-            let at = weight(t[k], i);
-            for order in 0..3 {
-                weights[order][i][k] = at[order];
+        for order in 0..1 + R / 3 {
+            for k in 0..W {
+                weights[order][i][k] = weight(t[k], i)[order];
             }
         }
     }
@@ -229,8 +243,7 @@ fn combined<T: Real, S: Simd, const R: usize, const W: usize>(
     k: usize,
 ) -> [T::Block<S>; 3] {
     let mut sums = [T::splat(simd, T::default()); 3];
-    let orders = if R == 1 { 1 } else { 1 + R / 3 };
-    for order in 0..orders {
+    for order in 0..1 + R / 3 {
         let mut sum = T::times(simd, T::splat(simd, across[order][0][k]), T::load(simd, &panel[0]));
         for j in 1..4 {
             sum = T::plus(simd, sum, T::times(simd, T::splat(simd, across[order][j][k]), T::load(simd, &panel[j])));

@@ -207,13 +207,16 @@ impl PatchTable {
 
     /// The same for many at once.
     #[inline(always)]
-    pub(crate) fn check_all<const W: usize>(&self, u: &[f64; W], v: &[f64; W]) {
-        let most = if self.scheme.split() == SplitKind::Triangles { 1.0 + 4.0 * f64::EPSILON } else { 2.0 };
-        let mut inside = true;
-        for k in 0..W {
-            inside &= (u[k] >= 0.0) & (u[k] <= 1.0) & (v[k] >= 0.0) & (v[k] <= 1.0) & (u[k] + v[k] <= most);
+    pub(crate) fn check_all(&self, u: &[f64], v: &[f64]) {
+        // Bits of numbers in [0, 1] are in order, those of all others but -0 are larger.
+        let mut most = 0;
+        for x in [u, v] {
+            for k in 0..x.len() {
+                let bits = x[k].to_bits();
+                most = if bits > most { bits } else { most };
+            }
         }
-        if !inside {
+        if most > 1f64.to_bits() || self.scheme.split() == SplitKind::Triangles {
             u.iter().zip(v).for_each(|(&u, &v)| self.check_parameters(u, v));
         }
     }

@@ -232,20 +232,20 @@ impl Place {
     #[inline]
     fn descend(self, split: SplitKind) -> (usize, Self) {
         let (u, v) = (self.u, self.v);
-        let (child, u, v, flip) = match (split, u >= 0.5, v >= 0.5) {
-            (_, true, false) | (SplitKind::Triangles, true, true) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
-            (SplitKind::Triangles, false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
-            (SplitKind::Triangles, ..) if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
-            (SplitKind::Quads, true, true) => (2, 2.0 * u - 1.0, 2.0 * v - 1.0, 1.0),
-            (SplitKind::Quads, false, true) => (3, 2.0 * u, 2.0 * v - 1.0, 1.0),
+        if split == SplitKind::Quads {
+            // Corners 0, 1, 2, 3 have bits 00, 10, 11, 01; nothing branches on where the place happens to be.
+            let (in_u, in_v) = (u8::from(u >= 0.5), u8::from(v >= 0.5));
+            let own = (((3 * in_v) ^ in_u) + 4 - self.turn) & 3;
+            let (u, v) = (2.0 * u - f64::from(in_u), 2.0 * v - f64::from(in_v));
+            return (usize::from(own), Self { u, v, depth: self.depth + 1, speed: 2.0 * self.speed, ..self });
+        }
+        let (child, u, v, flip) = match (u >= 0.5, v >= 0.5) {
+            (true, _) => (1, 2.0 * u - 1.0, 2.0 * v, 1.0),
+            (false, true) => (2, 2.0 * u, 2.0 * v - 1.0, 1.0),
+            _ if u + v > 0.5 => (3, 1.0 - 2.0 * u, 1.0 - 2.0 * v, -1.0),
             _ => (0, 2.0 * u, 2.0 * v, 1.0),
         };
-        let corners = corners(split);
-        let own = if child == 3 && split == SplitKind::Triangles {
-            3
-        } else {
-            (child + corners - usize::from(self.turn)) % corners
-        };
+        let own = if child == 3 { 3 } else { (child + 3 - usize::from(self.turn)) % 3 };
         (own, Self { u, v, depth: self.depth + 1, speed: 2.0 * flip * self.speed, ..self })
     }
 }

@@ -117,11 +117,8 @@ impl SpecialVertex {
         let (index, u, v, flip) = match self.corner.split {
             SplitKind::Quads => {
                 let (cu, cv) = (u8::from(a >= 0.5), u8::from(b >= 0.5));
-                let index = match (cu, cv) {
-                    (1, 0) => 0,
-                    (1, _) => 1,
-                    _ => 2,
-                };
+                // 0, 1 and 2 at (1, 0), (1, 1) and (0, 1), without a branch.
+                let index = usize::from(2 - cu * (2 - cv));
                 (index, 2.0 * a - f64::from(cu), 2.0 * b - f64::from(cv), 1.0)
             }
             SplitKind::Triangles if a >= 0.5 => (0, 2.0 * a - 1.0, 2.0 * b, 1.0),

@@ -36,12 +36,9 @@ pub(super) fn turn_all<const W: usize>(split: SplitKind, u: &mut [f64; W], v: &m
 /// The one near zero at that corner is exact.
 #[inline(always)]
 fn turned_quad(u: f64, v: f64, turn: u8) -> (f64, f64) {
-    match turn {
-        0 => (u, v),
-        1 => (v, 1.0 - u),
-        2 => (1.0 - u, 1.0 - v),
-        _ => (1.0 - v, u),
-    }
+    // (u, v), (v, 1 - u), (1 - u, 1 - v), (1 - v, u), as choices rather than branches.
+    let (a, b) = if turn & 1 == 0 { (u, v) } else { (v, u) };
+    (if turn >= 2 { 1.0 - a } else { a }, if turn == 1 || turn == 2 { 1.0 - b } else { b })
 }
 
 /// Derivatives in turned parameters to derivatives in the face's own.

@@ -203,6 +203,7 @@ impl<W: Real> LimitStencilTable<W> {
     /// If `control` has not one value per control point.
     pub fn positions<T: Real, const N: usize>(&self, control: &[[T; N]]) -> Vec<[T; N]> {
         let mut out = vec![[T::default(); N]; self.len()];
+        subsurf_memory::advise(&mut out);
         self.positions_into(control, &mut out);
         out
     }
@@ -221,6 +222,7 @@ impl<W: Real> LimitStencilTable<W> {
     /// If `control` has not one value per control point, or the table was made for positions alone.
     pub fn first_derivatives<T: Real, const N: usize>(&self, control: &[[T; N]]) -> Vec<[[T; N]; 2]> {
         let mut out = vec![[[T::default(); N]; 2]; self.len()];
+        subsurf_memory::advise(&mut out);
         self.rows.apply_into::<W, T, N, 2, false>(self.parts(1), control, &mut out);
         out
     }
@@ -231,6 +233,7 @@ impl<W: Real> LimitStencilTable<W> {
     /// As [`first_derivatives`](Self::first_derivatives).
     pub fn frames<T: Real, const N: usize>(&self, control: &[[T; N]]) -> Vec<[[T; N]; 3]> {
         let mut out = vec![[[T::default(); N]; 3]; self.len()];
+        subsurf_memory::advise(&mut out);
         self.frames_into(control, &mut out);
         out
     }
@@ -249,6 +252,7 @@ impl<W: Real> LimitStencilTable<W> {
     /// If `control` has not one value per control point, or the table was not made for second derivatives.
     pub fn second_derivatives<T: Real, const N: usize>(&self, control: &[[T; N]]) -> Vec<[[T; N]; 3]> {
         let mut out = vec![[[T::default(); N]; 3]; self.len()];
+        subsurf_memory::advise(&mut out);
         self.rows.apply_into::<W, T, N, 3, false>(self.parts(3), control, &mut out);
         out
     }

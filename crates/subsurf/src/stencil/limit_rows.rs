@@ -37,8 +37,9 @@ pub(super) fn build<W: Real>(
         Orders::Second => 6,
     };
     // As if no weight were zero; what was too much is taken back.
-    let mut indices = vec![0u32; most];
+    let mut indices: Vec<u32> = subsurf_memory::zeroed(most);
     let mut weights: [Vec<W>; 6] = std::array::from_fn(|part| vec![W::default(); if part < parts { most } else { 0 }]);
+    weights.iter_mut().for_each(subsurf_memory::advise);
     let mut states = vec![State::Hole; count];
     let mut offsets = vec![0u32; count + 1];
 

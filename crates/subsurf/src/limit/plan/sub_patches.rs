@@ -126,6 +126,27 @@ impl Pose {
     }
 }
 
+/// Where many places of a face lie that is one leaf at a special vertex.
+pub(crate) struct SpotsAtVertex<'a, const W: usize> {
+    pieces: &'a Pieces,
+    turn: u8,
+    /// Numbers of the slots; too large where there is no piece.
+    number: [u32; W],
+    s: [f64; W],
+    t: [f64; W],
+}
+
+impl<'a, const W: usize> SpotsAtVertex<'a, W> {
+    /// Where place `k` lies; none where there is no piece.
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> Option<Spot<'a>> {
+        let number = self.number[k];
+        let slot = self.pieces.slots.get(number as usize)?;
+        let pose = Pose { turn: self.turn, speed: [f64::from(2u32 << (number / 3)); 2] };
+        Some(Spot { slot, number: self.pieces.first + number, s: self.s[k], t: self.t[k], pose })
+    }
+}
+
 /// The matrices of one piece.
 #[derive(Default)]
 struct Slot {
@@ -304,6 +325,24 @@ impl Pieces {
     }
 }
 
+/// What [`SpecialVertex::child`] says of a place in a quad, in numbers alone: three times the depth, and the child there;
+/// something larger than any where there is no piece.
+#[inline(always)]
+fn quad_child(a: f64, b: f64) -> (u32, f64, f64) {
+    let big = if a > b { a } else { b };
+    // The depth is what is missing in the exponent; 0 for 1.
+    let missing = 1022 - (big.to_bits() >> 52) as i64;
+    let depth = if missing > 0 { missing } else { 0 };
+    let is_deep = (depth > i64::from(DEEPEST_PIECE)) | (big <= 0.0);
+    let depth = if is_deep { 0 } else { depth };
+    let power = f64::from_bits(((1023 + depth) as u64) << 52);
+    let (a, b) = (a * power, b * power);
+    let (in_a, in_b) = (if a >= 0.5 { 1.0 } else { 0.0 }, if b >= 0.5 { 1.0 } else { 0.0 });
+    let index = if a >= 0.5 { if b >= 0.5 { 1 } else { 0 } } else { 2 };
+    let number = if is_deep { u32::MAX } else { 3 * depth as u32 + index };
+    (number, 2.0 * a - in_a, 2.0 * b - in_b)
+}
+
 /// Where the parameters of a piece are zero.
 #[inline(always)]
 fn centre(split: SplitKind) -> f64 {
@@ -353,6 +392,28 @@ impl<'a> Plan<'a> {
             at.turn = wrapped(at.turn + turn, split);
             tree = branch.children[child].get_or_init(|| Tree::new(self.plans, link, branch.depth + 1, pieces));
         }
+    }
+
+    /// What [`spot`](Self::spot) says of many places at once, if the face is one leaf at a special vertex: without a branch.
+    #[inline(always)]
+    pub fn spots_at_vertex<const W: usize>(self, u: &[f64; W], v: &[f64; W], turn: u8) -> Option<SpotsAtVertex<'a, W>> {
+        let split = self.plans.split;
+        let Tree::Leaf(pieces @ Pieces { kind: Kind::Special { turn: own, .. }, .. }) = self.tree().0 else {
+            return None;
+        };
+        if split != SplitKind::Quads {
+            return None;
+        }
+        let turn = wrapped(turn + own, split);
+        let (mut a, mut b) = (*u, *v);
+        turn_all(split, &mut a, &mut b, turn);
+        let mut spots = SpotsAtVertex { pieces, turn, number: [0; W], s: a, t: b };
+        for k in 0..W {
+            let (number, s, t) = quad_child(a[k], b[k]);
+            spots.number[k] = number;
+            (spots.s[k], spots.t[k]) = (s, t);
+        }
+        Some(spots)
     }
 
     /// The piece that covers the face, if one does: any place of it.
