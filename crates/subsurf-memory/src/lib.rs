@@ -50,6 +50,20 @@ pub fn advise<T>(values: &mut Vec<T>) {
     }
 }
 
+/// Asks for huge pages behind `bytes` bytes that are about to be handed out as several arrays, by asking for them as one and
+/// giving that back. An allocator that keeps it and cuts the arrays from it, as glibc's does up to some tens of megabytes once
+/// it has seen arrays of that size, thereby hands out huge pages; elsewhere nothing is gained.
+///
+/// Arrays of a megabyte cannot be advised one by one: a huge page that several share has been touched, by the allocator's own
+/// numbers between them, before the last one is known.
+pub fn reserve(bytes: usize) {
+    let mut all = Vec::<u8>::new();
+    // To the end of the last page, wherever the first one begins.
+    if bytes >= HUGE_PAGE && all.try_reserve_exact(bytes.saturating_add(HUGE_PAGE)).is_ok() {
+        advise(&mut all);
+    }
+}
+
 /// A number whose zero is all bits zero, so that a vector of it can come from memory that the system has cleared.
 pub trait Zero: Copy {
     /// Zero.
@@ -106,6 +120,13 @@ mod tests {
             assert!(from <= start && start < from + 4096);
             assert!(start + bytes <= to && to < start + bytes + 4096);
         }
+    }
+
+    #[test]
+    fn more_than_there_is_can_be_asked_for() {
+        reserve(usize::MAX);
+        reserve(isize::MAX as usize);
+        reserve(64 << 20);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::index::HalfEdge;
 use crate::limit::{LimitSurface, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
+use subsurf_memory::advise;
 
 /// Values of a channel on the facets of a [`Tessellation`].
 #[derive(Clone, Debug, PartialEq)]
@@ -36,15 +37,22 @@ impl<P: Real> Tessellation<P> {
     ) -> Result<TessellatedChannel<T, N>, TessellateError> {
         let (own, t) = (mesh.topology(), surface.table().topology());
         assert_eq!(own.face_offsets(), t.face_offsets(), "a channel has the faces of its mesh");
-        assert_eq!(self.rates.edge.len(), own.edge_count(), "the tessellation is one of this mesh");
-        let mut edge = vec![0; t.edge_count()];
-        for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
-            edge[t.edge(h).index()] = self.rates.edge[own.edge(h).index()];
-        }
-        let layout = Layout::new(surface.table(), PatchRates { edge, patch: self.rates.patch.clone() });
+        assert_eq!(self.rates.edges(), own.edge_count(), "the tessellation is one of this mesh");
+        let rates = match &self.rates {
+            PatchRates::Uniform { rate, .. } => PatchRates::Uniform { rate: *rate, edges: t.edge_count() },
+            PatchRates::Each { patch, .. } => {
+                let mut edge = vec![0; t.edge_count()];
+                for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
+                    edge[t.edge(h).index()] = self.rates.edge(own.edge(h));
+                }
+                PatchRates::Each { edge, patch: patch.clone() }
+            }
+        };
+        let layout = Layout::new(surface.table(), rates);
         layout.check(MAX_COUNT as u64)?;
         let patterns = layout.is_uniform().then(|| Patterns::new(&layout, None, Frames::One));
         let mut values = vec![[T::default(); N]; layout.points()];
+        advise(&mut values);
         let out = Output { points: &mut values, normals: &mut [] };
         tessellator::fill(&layout, patterns.as_ref(), surface, None, out, &mut Vertices::default());
         let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };

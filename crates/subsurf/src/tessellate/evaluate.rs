@@ -92,8 +92,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             .par_chunks_mut(LANES)
             .zip(corners.par_chunks(LANES))
             .for_each(|(normals, corners)| self.corners(corners, normals));
-        let Some(rate) = sides.edges().next().map(|h| layout.rates.edge[layout.table.topology().edge(h).index()])
-        else {
+        let Some(rate) = sides.edges().next().map(|h| layout.rates.edge(layout.table.topology().edge(h))) else {
             return;
         };
         let edges: Vec<HalfEdge> = sides.edges().collect();
@@ -398,15 +397,8 @@ mod tests {
         let triangles = shapes::all_triangles().into_iter().map(|s| (s, Scheme::Loop));
         for (shape, scheme) in shapes::all().into_iter().map(|s| (s, Scheme::CatmullClark)).chain(triangles) {
             let table = PatchTable::new(&shape.mesh, scheme).unwrap();
-            let subfaces = |p: usize| {
-                (0..shape.mesh.face_count() as u32).any(|f| {
-                    let f = Face(f);
-                    table.subfaces(f) > 1
-                        && (table.patch(f, 0)..table.patch(f, 0) + table.subfaces(f) as usize).contains(&p)
-                })
-            };
-            let patch = (0..table.patch_count()).map(|p| if subfaces(p) { [3; 2] } else { [6; 2] }).collect();
-            let layout = Layout::new(&table, PatchRates { edge: vec![6; table.topology().edge_count()], patch });
+            let edges = table.topology().edge_count();
+            let layout = Layout::new(&table, PatchRates::Uniform { rate: 6, edges });
             let sampler = Sampler::new(table.surface(&shape.positions), &layout, Some(NormalOf::SPACE));
             let evaluate = |bytes: [usize; 2]| {
                 let patterns = Patterns::within(&layout, Some(&Sides::default()), Frames::One, bytes);

@@ -58,7 +58,11 @@ pub(super) fn of_layout(
             u64::from(subfaces) * u64::from(layout.cells[usize::from(subfaces > 1)]).pow(2)
         };
         let kept = |f: &u32| !layout.table.topology().is_hole(Face(*f));
-        let facets: u64 = (0..layout.table.topology().face_count() as u32).filter(kept).map(cells).sum();
+        let faces = layout.table.topology().face_count() as u32;
+        let facets: u64 = match layout.is_plain() {
+            true => u64::from(faces).saturating_mul(u64::from(layout.cells[0]).pow(2)),
+            false => (0..faces).filter(kept).map(cells).sum(),
+        };
         let corners = match (layout.is_triangle(), options.facets) {
             (true, _) => 3,
             (false, Facets::Quads) => 4,
@@ -158,7 +162,7 @@ impl Patch {
                         let out = t.half_edge(f, subface as usize);
                         let h = if s == 1 { out } else { t.prev(out) };
                         let outer = if s == 1 { k == 0 } else { k == n };
-                        let middle = layout.rates.edge[t.edge(h).index()] / 2;
+                        let middle = layout.rates.edge(t.edge(h)) / 2;
                         return if outer { sides.along(h, middle, point) } else { point };
                     }
                 };

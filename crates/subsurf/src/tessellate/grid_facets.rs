@@ -8,24 +8,33 @@ use super::{Facets, Places, TessellateOptions};
 use crate::index::{Face, HalfEdge};
 use rayon::prelude::*;
 use std::ops::Range;
+use subsurf_memory::{advise, with_capacity, zeroed};
 
 /// Facets of a layout with uniform rates.
 pub(super) fn of_layout(layout: &Layout<'_>, sides: &Sides, options: &TessellateOptions) -> FacetArrays {
     let kind = Kind::new(layout, options);
     let chunks = layout.face_chunks();
-    let patches = |faces: &Range<u32>| faces.clone().map(|f| kind.facets_of(layout, Face(f))).sum::<usize>();
+    let is_plain = layout.is_plain();
+    let patches = |faces: &Range<u32>| match is_plain {
+        true => faces.len() * kind.facets_of(layout, Face(faces.start)),
+        false => faces.clone().map(|f| kind.facets_of(layout, Face(f))).sum::<usize>(),
+    };
     let counts: Vec<usize> = chunks.par_iter().map(patches).collect();
     let facets = counts.iter().sum::<usize>();
     let own_normals = options.normals && sides.extra() > 0;
     let mut out = FacetArrays {
-        face_offsets: (0..facets as u32 + 1).into_par_iter().map(|k| k * kind.corners as u32).collect(),
-        corners: vec![0; facets * kind.corners],
-        normal_corners: vec![0; if own_normals { facets * kind.corners } else { 0 }],
+        face_offsets: with_capacity(facets + 1),
+        corners: zeroed(facets * kind.corners),
+        normal_corners: zeroed(if own_normals { facets * kind.corners } else { 0 }),
         places: Places::default(),
     };
+    let offsets = (0..facets as u32 + 1).into_par_iter().map(|k| k * kind.corners as u32);
+    offsets.collect_into_vec(&mut out.face_offsets);
     if options.places {
         out.places.facet = vec![(0, 0); facets];
         out.places.corner_uv = vec![[0.0; 2]; facets * kind.corners];
+        advise(&mut out.places.facet);
+        advise(&mut out.places.corner_uv);
     }
     let mut rest = Slices {
         corners: &mut out.corners,

@@ -8,15 +8,49 @@ use crate::limit::{Location, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::scheme::SplitKind;
 use crate::topology::NONE;
+use std::borrow::Cow;
 use std::ops::Range;
+use subsurf_memory::{with_capacity, zeroed};
 
 /// Facets along edges and inside patches.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct PatchRates {
-    /// Per edge; even where a face beside it is no quad.
-    pub edge: Vec<u32>,
-    /// Per patch: across u and across v. All sub-faces of a face have the same, both equal.
-    pub patch: Vec<[u32; 2]>,
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum PatchRates {
+    /// The same along all edges, of which there are so many, and half of it across sub-faces.
+    Uniform { rate: u32, edges: usize },
+    Each {
+        /// Per edge; even where a face beside it is no quad.
+        edge: Vec<u32>,
+        /// Per patch: across u and across v. All sub-faces of a face have the same, both equal.
+        patch: Vec<[u32; 2]>,
+    },
+}
+
+impl PatchRates {
+    /// Facets along an edge.
+    #[inline]
+    pub fn edge(&self, e: Edge) -> u32 {
+        match self {
+            Self::Uniform { rate, .. } => *rate,
+            Self::Each { edge, .. } => edge[e.index()],
+        }
+    }
+
+    /// Number of edges.
+    pub fn edges(&self) -> usize {
+        match self {
+            Self::Uniform { edges, .. } => *edges,
+            Self::Each { edge, .. } => edge.len(),
+        }
+    }
+
+    /// Facets across a patch of a face that has so many.
+    #[inline]
+    fn patch(&self, patch: usize, subfaces: u32) -> [u32; 2] {
+        match self {
+            Self::Uniform { rate, .. } => [if subfaces > 1 { rate / 2 } else { *rate }; 2],
+            Self::Each { patch: cells, .. } => cells[patch],
+        }
+    }
 }
 
 pub(super) struct Layout<'a> {
@@ -24,16 +58,17 @@ pub(super) struct Layout<'a> {
     pub rates: PatchRates,
     /// Cells of whole faces and of sub-faces where all have the same, else zeros.
     pub cells: [u32; 2],
-    /// Point of every vertex.
+    /// Point of every vertex; nothing where that is the vertex's own number.
     vertex_point: Vec<u32>,
     /// By point, the face corner that evaluates a vertex: the lowest one outside holes.
     pub vertex_owner: Vec<u32>,
     /// By point, the number of a vertex in the order of owners; nothing where that is the order of points.
     pub vertex_slot: Vec<u32>,
-    /// First point inside every edge, counted from the first of all. Edges come in the order of their owners.
+    /// First point inside every edge, counted from the first of all; nothing where all edges have equally many and come in
+    /// the order of their numbers. Edges come in the order of their owners.
     edge_first: Vec<u32>,
     /// The half-edge that evaluates an edge: the lowest one outside holes.
-    pub edge_owner: Vec<u32>,
+    edge_owner: Cow<'a, [u32]>,
     /// First point inside every face, counted from the first of all.
     face_first: Vec<u32>,
     /// By patch, what its face evaluates: the edges that sides lie on, and the vertices at corners; of sub-faces sides 0
@@ -50,15 +85,67 @@ const CHUNK: u32 = 128;
 
 impl<'a> Layout<'a> {
     pub fn new(table: &'a PatchTable, rates: PatchRates) -> Self {
+        let cells = uniform_cells(table, &rates);
+        let rates = match cells {
+            [0, 0] => rates,
+            [whole, of_sub] => PatchRates::Uniform { rate: whole.max(2 * of_sub), edges: rates.edges() },
+        };
+        let in_order = match rates {
+            PatchRates::Uniform { .. } => Self::walk(table, &rates, &mut InOrder { next: 0, table }),
+            PatchRates::Each { .. } => None,
+        };
+        let (walked, edge_first, edge_owner) = match in_order {
+            Some(walked) => (walked, Vec::new(), Cow::Borrowed(&table.topology().edge_half_edge[..])),
+            None => {
+                let edges = table.topology().edge_count();
+                let mut listed = Listed { owner: vec![NONE; edges], first: vec![0; edges] };
+                let walked = Self::walk(table, &rates, &mut listed).expect("every order can be listed");
+                (walked, listed.first, Cow::Owned(listed.owner))
+            }
+        };
+        let Walked { mut vertex_owner, mut vertex_slot, owned, face_first, chunk_starts, counts } = walked;
+        // Owners and slots by vertex become those by point.
+        let mut vertex_point = Vec::new();
+        if vertex_slot.contains(&NONE) {
+            let mut points = 0;
+            let number = |&slot: &u32| {
+                let is_used = slot != NONE;
+                points += u32::from(is_used);
+                if is_used { points - 1 } else { NONE }
+            };
+            vertex_point = vertex_slot.iter().map(number).collect();
+            vertex_owner.retain(|&owner| owner != NONE);
+            vertex_slot.retain(|&slot| slot != NONE);
+        }
+        if vertex_slot.iter().enumerate().all(|(point, &slot)| point as u32 == slot) {
+            vertex_slot = Vec::new();
+        }
+        Self {
+            table,
+            rates,
+            cells,
+            vertex_point,
+            vertex_owner,
+            vertex_slot,
+            edge_first,
+            edge_owner,
+            face_first,
+            owned,
+            chunk_starts,
+            counts,
+        }
+    }
+
+    /// Goes over all faces in order, and notes what each comes to first; none where `edges` cannot say.
+    fn walk(table: &PatchTable, rates: &PatchRates, edges: &mut impl FirstEdges) -> Option<Walked> {
         let t = table.topology();
         let is_triangle = table.scheme().split() == SplitKind::Triangles;
-        let mut vertex_point = vec![NONE; t.vertex_count()];
-        let mut edge_owner = vec![NONE; t.edge_count()];
-        let mut edge_first = vec![0; t.edge_count()];
-        let mut owned = vec![0u8; table.patch_count()];
-        let mut face_first = Vec::with_capacity(t.face_count() + 1);
+        let [mut vertex_owner, mut vertex_slot] = [0; 2].map(|_| with_capacity(t.vertex_count()));
+        vertex_owner.resize(t.vertex_count(), NONE);
+        vertex_slot.resize(t.vertex_count(), NONE);
+        let mut owned = zeroed(table.patch_count());
+        let mut face_first = with_capacity(t.face_count() + 1);
         let mut chunk_starts = Vec::with_capacity(t.face_count() / CHUNK as usize + 2);
-        let mut slot_owner = Vec::with_capacity(t.vertex_count());
         // Counts that overflow here are refused by `check`.
         let mut counts = [0u64; 3];
         for f in (0..t.face_count() as u32).map(Face) {
@@ -73,10 +160,9 @@ impl<'a> Layout<'a> {
             let (patch, subfaces) = (table.patch(f, 0), table.subfaces(f));
             for side in 0..sides {
                 let h = HalfEdge(first + side);
-                let slot = &mut vertex_point[t.origin(h).index()];
-                if *slot == NONE {
-                    *slot = slot_owner.len() as u32;
-                    slot_owner.push(h.0);
+                let v = t.origin(h).index();
+                if vertex_owner[v] == NONE {
+                    (vertex_owner[v], vertex_slot[v]) = (h.0, counts[0] as u32);
                     counts[0] += 1;
                     if subfaces == 1 {
                         owned[patch] |= grid::corner(side as u8);
@@ -84,13 +170,11 @@ impl<'a> Layout<'a> {
                         owned[patch + side as usize] |= grid::corner(0);
                     }
                 }
-                let e = t.edge(h).index();
-                if edge_owner[e] != NONE {
+                let e = t.edge(h);
+                if !edges.is_first(e, h, counts[1] as u32)? {
                     continue;
                 }
-                edge_owner[e] = h.0;
-                edge_first[e] = counts[1] as u32;
-                counts[1] += u64::from(rates.edge[e]) - 1;
+                counts[1] += u64::from(rates.edge(e)) - 1;
                 if subfaces == 1 {
                     owned[patch] |= grid::side(side as u8);
                 } else {
@@ -98,7 +182,7 @@ impl<'a> Layout<'a> {
                     owned[patch + ((side + 1) % sides) as usize] |= grid::side(3);
                 }
             }
-            let cells = rates.patch[patch].map(u64::from);
+            let cells = rates.patch(patch, subfaces).map(u64::from);
             let (nu, inner) = (cells[0], inner_points(is_triangle, cells));
             let n = u64::from(subfaces);
             // Sub-faces share the centre and the points inside their spokes.
@@ -106,47 +190,12 @@ impl<'a> Layout<'a> {
         }
         face_first.push(counts[2] as u32);
         chunk_starts.push([counts[0], counts[1]].map(|count| count as u32));
-        // Slots by vertex become points by vertex, and owners and slots by point.
-        let (mut vertex_owner, mut vertex_slot) = (slot_owner, Vec::new());
-        if vertex_point.iter().filter(|p| **p != NONE).enumerate().any(|(point, &slot)| point as u32 != slot) {
-            vertex_slot.extend(vertex_point.iter().copied().filter(|p| *p != NONE));
-            let points = vertex_point.iter_mut().filter(|p| **p != NONE);
-            points.enumerate().for_each(|(number, point)| *point = number as u32);
-            vertex_owner = vertex_slot.iter().map(|&slot| vertex_owner[slot as usize]).collect();
-        }
-        let mut layout = Self {
-            table,
-            rates,
-            cells: [0; 2],
-            vertex_point,
-            vertex_owner,
-            vertex_slot,
-            edge_first,
-            edge_owner,
-            face_first,
-            owned,
-            chunk_starts,
-            counts,
-        };
-        layout.cells = layout.uniform_cells();
-        layout
+        edges.is_complete().then_some(Walked { vertex_owner, vertex_slot, owned, face_first, chunk_starts, counts })
     }
-
-    /// Cells of quads and of sub-faces where all have the same, and so have their edges, else zeros.
-    fn uniform_cells(&self) -> [u32; 2] {
-        let table = self.table;
-        let mut cells = [0, 0];
-        for f in (0..table.topology().face_count() as u32).map(Face).filter(|&f| !table.topology().is_hole(f)) {
-            let kind = usize::from(table.subfaces(f) > 1);
-            let [nu, nv] = self.rates.patch[table.patch(f, 0)];
-            if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {
-                return [0, 0];
-            }
-            cells[kind] = nu;
-        }
-        let rate = if cells[0] > 0 { cells[0] } else { 2 * cells[1] };
-        let fits = (cells[1] == 0 || 2 * cells[1] == rate) && self.rates.edge.iter().all(|&n| n == rate);
-        if fits { cells } else { [0, 0] }
+    /// True where no face is a hole, or has sub-faces.
+    pub fn is_plain(&self) -> bool {
+        let t = self.table.topology();
+        self.table.patch_count() == t.face_count() && !t.hole.contains(&true)
     }
 
     /// True where all faces have the same rate.
@@ -210,8 +259,12 @@ impl<'a> Layout<'a> {
     }
 
     /// The first point inside an edge, counted from the first of all edges.
+    #[inline]
     pub fn edge_first(&self, e: Edge) -> usize {
-        self.edge_first[e.index()] as usize
+        match self.rates {
+            PatchRates::Uniform { rate, .. } if self.edge_first.is_empty() => e.index() * (rate as usize - 1),
+            _ => self.edge_first[e.index()] as usize,
+        }
     }
 
     /// What the face of a patch evaluates: edges by the sides that lie on them, vertices by the corners.
@@ -222,19 +275,20 @@ impl<'a> Layout<'a> {
 
     /// The half-edge that evaluates a vertex; none where only holes use it.
     pub fn owner_of_vertex(&self, v: Vertex) -> Option<HalfEdge> {
-        let point = self.vertex_point[v.index()];
+        let point = self.vertex(v);
         (point != NONE).then(|| HalfEdge(self.vertex_owner[point as usize]))
     }
 
+    #[inline]
     pub fn vertex(&self, v: Vertex) -> u32 {
-        self.vertex_point[v.index()]
+        if self.vertex_point.is_empty() { v.0 } else { self.vertex_point[v.index()] }
     }
 
     /// Point `k` of `rate` along half-edge `h`, ends included.
     pub fn along(&self, h: HalfEdge, k: u32) -> u32 {
         let t = self.table.topology();
         let e = t.edge(h);
-        let rate = self.rates.edge[e.index()];
+        let rate = self.rates.edge(e);
         if k == 0 {
             return self.vertex(t.origin(h));
         }
@@ -242,15 +296,15 @@ impl<'a> Layout<'a> {
             return self.vertex(t.origin(t.next(h)));
         }
         let k = if self.runs_with_owner(h) { k } else { rate - k };
-        self.vertices() as u32 + self.edge_first[e.index()] + k - 1
+        self.vertices() as u32 + self.edge_first(e) as u32 + k - 1
     }
 
     /// Visits the points inside the edge of half-edge `h`, numbered along it from 1.
     #[inline]
     pub fn inside_edge(&self, h: HalfEdge, mut visit: impl FnMut(u32, u32)) {
         let e = self.table.topology().edge(h);
-        let rate = self.rates.edge[e.index()];
-        let first = self.vertices() as u32 + self.edge_first[e.index()];
+        let rate = self.rates.edge(e);
+        let first = (self.vertices() + self.edge_first(e)) as u32;
         if self.runs_with_owner(h) {
             (1..rate).for_each(|k| visit(k, first + k - 1));
         } else {
@@ -261,8 +315,9 @@ impl<'a> Layout<'a> {
     /// True where `h` runs in the direction in which its edge's points are numbered.
     fn runs_with_owner(&self, h: HalfEdge) -> bool {
         let t = self.table.topology();
+        // Both sides of a manifold edge run against each other.
         let owner = self.edge_owner[t.edge(h).index()];
-        owner == h.0 || t.origin(HalfEdge(owner)) == t.origin(h)
+        owner == h.0 || t.twin[h.index()] != owner && t.origin(HalfEdge(owner)) == t.origin(h)
     }
 
     /// The centre of a face that is no quad.
@@ -276,14 +331,14 @@ impl<'a> Layout<'a> {
 
     /// Point `k` along spoke `j` of a face that is no quad, from the middle of edge `j` to the centre.
     fn spoke(&self, f: Face, j: u32, k: u32) -> u32 {
-        let n = self.rates.patch[self.table.patch(f, 0)][0];
         let sides = self.table.subfaces(f);
+        let n = self.rates.patch(self.table.patch(f, 0), sides)[0];
         if k == n {
             return self.centre(f);
         }
         if k == 0 {
             let h = self.table.topology().half_edge(f, (j % sides) as usize);
-            let rate = self.rates.edge[self.table.topology().edge(h).index()];
+            let rate = self.rates.edge(self.table.topology().edge(h));
             return self.along(h, rate / 2);
         }
         self.centre(f) + 1 + (j % sides) * (n - 1) + k - 1
@@ -295,10 +350,10 @@ impl<'a> Layout<'a> {
     }
 
     pub fn grid(&self, f: Face, subface: u32) -> PatchGrid {
-        let cells = self.rates.patch[self.table.patch(f, subface)];
+        let n = self.table.subfaces(f);
+        let cells = self.rates.patch(self.table.patch(f, subface), n);
         let first = self.first_inside(f);
         let mut grid = PatchGrid { cells, first, is_triangle: self.is_triangle() };
-        let n = self.table.subfaces(f);
         if n > 1 {
             grid.first += 1 + n * (cells[0] - 1) + subface * grid.points();
         }
@@ -308,13 +363,13 @@ impl<'a> Layout<'a> {
     /// The points along side `side` of a patch, from its corner `side` to the next.
     pub fn side(&self, f: Face, subface: u32, side: usize) -> Vec<u32> {
         let t = self.table.topology();
-        let rate = |h: HalfEdge| self.rates.edge[t.edge(h).index()];
+        let rate = |h: HalfEdge| self.rates.edge(t.edge(h));
         let n = self.table.subfaces(f);
         if n == 1 {
             let h = t.half_edge(f, side);
             return (0..=rate(h)).map(|k| self.along(h, k)).collect();
         }
-        let cells = self.rates.patch[self.table.patch(f, subface)][0];
+        let cells = self.rates.patch(self.table.patch(f, subface), n)[0];
         let out = t.half_edge(f, subface as usize);
         let back = t.prev(out);
         let before = (subface + n - 1) % n;
@@ -330,7 +385,7 @@ impl<'a> Layout<'a> {
     pub fn edge_location(&self, h: HalfEdge, k: u32) -> Location {
         let t = self.table.topology();
         let (face, corner) = (t.face(h), h.0 - t.first(t.face(h)));
-        let rate = self.rates.edge[t.edge(h).index()];
+        let rate = self.rates.edge(t.edge(h));
         let part = |k: u32, of: u32| f64::from(k) / f64::from(of);
         let n = self.table.subfaces(face);
         if n == 1 {
@@ -377,6 +432,94 @@ impl<'a> Layout<'a> {
 
     /// Owner and number of every point inside an edge, in order.
     pub fn edge_samples(&self) -> Vec<(HalfEdge, u32)> {
-        self.edges().flat_map(|(e, h)| (1..self.rates.edge[e.index()]).map(move |k| (h, k))).collect()
+        self.edges().flat_map(|(e, h)| (1..self.rates.edge(e)).map(move |k| (h, k))).collect()
     }
+}
+
+/// What a walk over all faces finds.
+struct Walked {
+    /// By vertex, the corner that comes to it first, and how many vertices come before.
+    vertex_owner: Vec<u32>,
+    vertex_slot: Vec<u32>,
+    owned: Vec<Parts>,
+    face_first: Vec<u32>,
+    chunk_starts: Vec<[u32; 2]>,
+    counts: [u64; 3],
+}
+
+/// Tells which half-edge comes to an edge first.
+trait FirstEdges {
+    /// True where nobody came before, who has left `points` points behind; none where this cannot be said.
+    fn is_first(&mut self, e: Edge, h: HalfEdge, points: u32) -> Option<bool>;
+
+    /// True where all that was said holds.
+    fn is_complete(&self) -> bool;
+}
+
+/// Edges that are numbered as faces come to them.
+struct InOrder<'a> {
+    next: u32,
+    table: &'a PatchTable,
+}
+
+impl FirstEdges for InOrder<'_> {
+    #[inline(always)]
+    fn is_first(&mut self, e: Edge, h: HalfEdge, _: u32) -> Option<bool> {
+        if e.0 < self.next {
+            return Some(false);
+        }
+        let fits = e.0 == self.next && self.table.topology().edge_half_edge[e.index()] == h.0;
+        self.next += 1;
+        fits.then_some(true)
+    }
+
+    fn is_complete(&self) -> bool {
+        self.next as usize == self.table.topology().edge_count()
+    }
+}
+
+/// Edges in any order.
+struct Listed {
+    owner: Vec<u32>,
+    first: Vec<u32>,
+}
+
+impl FirstEdges for Listed {
+    #[inline(always)]
+    fn is_first(&mut self, e: Edge, h: HalfEdge, points: u32) -> Option<bool> {
+        let is_first = self.owner[e.index()] == NONE;
+        if is_first {
+            (self.owner[e.index()], self.first[e.index()]) = (h.0, points);
+        }
+        Some(is_first)
+    }
+
+    fn is_complete(&self) -> bool {
+        true
+    }
+}
+
+/// Cells of quads and of sub-faces where all have the same, and so have their edges, else zeros.
+fn uniform_cells(table: &PatchTable, rates: &PatchRates) -> [u32; 2] {
+    let t = table.topology();
+    let every_patch_is_a_face = table.patch_count() == t.face_count();
+    if let (PatchRates::Uniform { rate, .. }, true) = (rates, every_patch_is_a_face && t.hole.contains(&false)) {
+        return [*rate, 0];
+    }
+    let mut cells = [0, 0];
+    for f in (0..t.face_count() as u32).map(Face).filter(|&f| !t.is_hole(f)) {
+        let subfaces = table.subfaces(f);
+        let kind = usize::from(subfaces > 1);
+        let [nu, nv] = rates.patch(table.patch(f, 0), subfaces);
+        if nu != nv || (cells[kind] != 0 && cells[kind] != nu) {
+            return [0, 0];
+        }
+        cells[kind] = nu;
+    }
+    let rate = if cells[0] > 0 { cells[0] } else { 2 * cells[1] };
+    let edges_fit = match rates {
+        PatchRates::Uniform { rate: along, .. } => *along == rate,
+        PatchRates::Each { edge, .. } => edge.iter().all(|&n| n == rate),
+    };
+    if (cells[1] == 0 || 2 * cells[1] == rate) && edges_fit { cells } else { [0, 0] }
 }

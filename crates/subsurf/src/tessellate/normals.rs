@@ -5,7 +5,6 @@ use super::layout::Layout;
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::limit::PatchTable;
 use crate::tags::INFINITE_SHARPNESS;
-use crate::topology::NONE;
 use std::collections::BTreeMap;
 
 /// Normals beyond one per point.
@@ -33,22 +32,15 @@ impl Sides {
         let t = table.topology();
         let mut sides = Self { points: layout.points() as u32, ..Self::default() };
         let in_hole = |h: HalfEdge| t.is_hole(t.face(h));
-        for v in (0..t.vertex_count()).filter(|&v| layout.owner_of_vertex(Vertex(v as u32)).is_some()) {
-            let sharp_edges = |e: &&u32| t.is_infinitely_sharp(Edge(**e));
-            let sharp = t.sharp_edges(Vertex(v as u32)).iter().filter(sharp_edges).count();
-            if sharp >= 2 || t.vertex_sharpness.get(v) >= INFINITE_SHARPNESS {
-                sides.corner.insert(v as u32, NONE);
-            }
+        let mut is_split = vec![false; t.vertex_count()];
+        let sharp = t.edge_sharpness.sharp().flat_map(|e| t.edge_vertices[e]);
+        for v in sharp.chain(t.vertex_sharpness.sharp().map(|v| v as u32)) {
+            is_split[v as usize] = may_be_split(table, Vertex(v)) && layout.owner_of_vertex(Vertex(v)).is_some();
         }
-        // So far by vertex; now by corner.
-        let split = std::mem::take(&mut sides.corner);
         let mut leaders: BTreeMap<u32, u32> = BTreeMap::new();
-        for h in (0..t.half_edge_count() as u32).map(HalfEdge) {
-            let v = t.origin(h);
-            if !split.contains_key(&v.0) || in_hole(h) {
-                continue;
-            }
-            let owner = layout.owner_of_vertex(v).expect("its own faces are outside holes");
+        let all = if is_split.contains(&true) { t.half_edge_count() as u32 } else { 0 };
+        for h in (0..all).map(HalfEdge).filter(|&h| is_split[t.origin(h).index()] && !in_hole(h)) {
+            let owner = layout.owner_of_vertex(t.origin(h)).expect("its own faces are outside holes");
             let leader = sector_leader(table, h);
             if leader == sector_leader(table, owner) {
                 continue;
@@ -59,13 +51,17 @@ impl Sides {
             });
             sides.corner.insert(h.0, index);
         }
+        let is_inner = |e: &usize| t.is_infinitely_sharp(Edge(*e as u32)) && !t.is_boundary(Edge(*e as u32));
+        if t.edge_sharpness.sharp().find(is_inner).is_none() {
+            return sides;
+        }
         for (e, owner) in layout.edges() {
             if !t.is_infinitely_sharp(e) {
                 continue;
             }
             for h in half_edges_of(table, e).into_iter().filter(|&h| h != owner && !in_hole(h)) {
                 sides.edge.insert(h.0, sides.sources.len() as u32);
-                sides.sources.extend((1..layout.rates.edge[e.index()]).map(|k| Source::Edge(h, k)));
+                sides.sources.extend((1..layout.rates.edge(e)).map(|k| Source::Edge(h, k)));
             }
         }
         sides
@@ -96,7 +92,7 @@ impl Sides {
         let t = layout.table.topology();
         match k {
             0 => self.corner(h, point),
-            k if k == layout.rates.edge[t.edge(h).index()] => self.corner(t.next(h), point),
+            k if k == layout.rates.edge(t.edge(h)) => self.corner(t.next(h), point),
             k => self.along(h, k, point),
         }
     }
@@ -109,6 +105,17 @@ impl Sides {
     /// The normal of point `k` along half-edge `h`, whose point is `point`.
     pub fn along(&self, h: HalfEdge, k: u32, point: u32) -> u32 {
         self.edge.get(&h.0).map_or(point, |first| self.points + first + k - 1)
+    }
+}
+
+/// False where all faces at a vertex surely are of one sector.
+fn may_be_split(table: &PatchTable, v: Vertex) -> bool {
+    let t = table.topology();
+    let sharp = || t.sharp_edges(v).iter().map(|&e| Edge(e)).filter(|&e| t.is_infinitely_sharp(e));
+    match sharp().count() {
+        // A boundary passes the vertex.
+        2 if !t.is_non_manifold_vertex(v) && sharp().all(|e| t.is_boundary(e)) => false,
+        count => count >= 2 || t.vertex_sharpness(v) >= INFINITE_SHARPNESS,
     }
 }
 

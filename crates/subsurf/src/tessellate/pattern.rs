@@ -8,7 +8,7 @@ use super::normals::Sides;
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
-use crate::limit::plan::{GridMaker, GridScratch, GridWeights};
+use crate::limit::plan::{GridMaker, GridScratch};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -103,38 +103,15 @@ impl<'a, T: Real> Patterns<'a, T> {
         (0..table.patch_count()).filter_map(|p| table.patch_plan(p)).for_each(|plan| users[plan] += 1);
         let (list, mut of_patch) = wanted(layout, sides, &users, frames);
         let fits = fits(table, &list, &users, [most_each, most_in_all], count * size_of::<T>());
-        let mut corners = CornerRows::new(layout, sides);
-        // Which of the list each plan has.
-        let mut of_plan: Vec<Vec<u32>> = vec![Vec::new(); table.plan_count()];
-        for (i, _) in list.iter().enumerate().filter(|(i, _)| fits[*i]) {
-            of_plan[list[i].plan].push(i as u32);
-        }
-        let mut made: Vec<Option<Pattern<T>>> = list.iter().map(|_| None).collect();
-        let makers = layout.cells.map(|cells| {
-            let own = |plan: &usize| of_plan[*plan].first().is_some_and(|&i| list[i as usize].cells == cells);
-            let mut plans: Vec<usize> = (0..table.plan_count()).filter(own).collect();
-            if plans.is_empty() {
-                return None;
-            }
-            let maker = GridMaker::new(table.plans(), &plans, cells, count);
-            plans.retain(|&plan| of_plan[plan].iter().any(|&i| !list[i as usize].is_passing));
-            let rows = &corners;
-            let make = |scratch: &mut GridScratch, &plan: &usize| {
-                maker.with_weights(plan, scratch, |weights| {
-                    let pattern =
-                        |&i: &u32| (i, list[i as usize].pattern(is_triangle, weights, SurfaceMatrix::default()));
-                    let patterns: Vec<(u32, Pattern<T>)> = of_plan[plan].iter().map(pattern).collect();
-                    (patterns, rows.of_grid(plan, cells, weights))
-                })
-            };
-            let results: Vec<_> = plans.par_iter().map_init(GridScratch::default, make).collect();
-            for (patterns, rows) in results {
-                patterns.into_iter().for_each(|(i, pattern)| made[i as usize] = Some(pattern));
-                corners.set(rows);
-            }
-            Some(maker)
-        });
-        corners.fill(table, count);
+        let corners = CornerRows::new(layout, sides);
+        let maker = |cells: u32| (cells > 0).then(|| GridMaker::new(table.plans(), cells, count));
+        let makers = layout.cells.map(maker);
+        let make = |scratch: &mut GridScratch, (wanted, fits): (&Wanted, &bool)| {
+            let maker = makers.iter().flatten().find(|maker| maker.cells() == wanted.cells)?;
+            let is_wanted = *fits && !wanted.is_passing;
+            is_wanted.then(|| wanted.pattern(is_triangle, maker, SurfaceMatrix::default(), scratch))
+        };
+        let made: Vec<Option<Pattern<T>>> = list.par_iter().zip(&fits).map_init(GridScratch::default, make).collect();
         let mut number = Vec::with_capacity(made.len());
         let mut patterns = Vec::with_capacity(made.len());
         let mut passing = Vec::new();
@@ -174,7 +151,7 @@ impl<'a, T: Real> Patterns<'a, T> {
         let number = self.of_patch[patch].checked_sub(PASSING)?;
         let wanted = self.passing.get(number as usize)?;
         let maker = self.makers[0].as_ref()?;
-        Some(maker.with_weights(wanted.plan, scratch, |weights| wanted.pattern(self.is_triangle, weights, memory)))
+        Some(wanted.pattern(self.is_triangle, maker, memory, scratch))
     }
 
     /// All samples of a patch without a pattern.
@@ -201,12 +178,18 @@ impl<'a, T: Real> Patterns<'a, T> {
 
 impl Wanted {
     /// The pattern, in memory of another.
-    fn pattern<T: Real>(&self, is_triangle: bool, weights: &GridWeights, mut matrix: SurfaceMatrix<T>) -> Pattern<T> {
-        let Self { cells, parts, own, .. } = *self;
+    fn pattern<T: Real>(
+        &self,
+        is_triangle: bool,
+        maker: &GridMaker<'_>,
+        mut matrix: SurfaceMatrix<T>,
+        scratch: &mut GridScratch,
+    ) -> Pattern<T> {
+        let Self { plan, cells, parts, own, .. } = *self;
         let samples = GridSamples::new(cells, is_triangle, parts);
         let turn = own.unwrap_or(0);
         let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
-        weights.fill(samples.points().iter().map(in_plan), &mut matrix);
+        maker.fill(plan, samples.points().iter().map(in_plan), scratch, &mut matrix);
         Pattern { samples, is_own: own.is_some(), matrix }
     }
 }
@@ -235,33 +218,78 @@ fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], by
 /// Ways that a whole face may lie in its plan and what it may evaluate.
 const WAYS: usize = 4 * 256;
 
+/// How many faces lie in which way, plan by plan; in memory of some bytes a face, of some kilobytes a plan at most.
+struct Ways {
+    /// By plan, the first of its slots; nothing for plans with few faces.
+    start: Vec<u32>,
+    /// By plan, how many slots there are, a power of two.
+    len: Vec<u32>,
+    slots: Vec<Slot>,
+}
+
+/// One way, if there are faces.
+#[derive(Clone, Copy)]
+struct Slot {
+    way: u32,
+    faces: u32,
+    /// Its pattern, once it has one.
+    pattern: u32,
+}
+
+impl Ways {
+    /// For plans with at least `least` faces.
+    fn new(users: &[u32], least: u32) -> Self {
+        let mut ways = Self { start: vec![NONE; users.len()], len: vec![0; users.len()], slots: Vec::new() };
+        for (plan, &users) in users.iter().enumerate().filter(|(_, users)| **users >= least) {
+            let len = (2 * users as usize).next_power_of_two().min(WAYS);
+            (ways.start[plan], ways.len[plan]) = (ways.slots.len() as u32, len as u32);
+            ways.slots.resize(ways.slots.len() + len, Slot { way: NONE, faces: 0, pattern: NONE });
+        }
+        ways
+    }
+
+    /// The slot of a way; none in plans with few faces.
+    #[inline]
+    fn slot(&mut self, plan: usize, way: u32) -> Option<&mut Slot> {
+        let (start, mask) = (self.start[plan], self.len[plan].wrapping_sub(1));
+        if start == NONE {
+            return None;
+        }
+        // With as many slots as ways, each has its own; else there are twice as many as faces.
+        let mut at = way & mask;
+        loop {
+            let slot = (start + at) as usize;
+            if self.slots[slot].way == NONE {
+                self.slots[slot].way = way;
+            }
+            if self.slots[slot].way == way {
+                return Some(&mut self.slots[slot]);
+            }
+            at = (at + 1) & mask;
+        }
+    }
+}
+
 /// The patterns that a layout calls for, and which of them every patch has.
 fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Frames) -> (Vec<Wanted>, Vec<u32>) {
     let (table, t) = (layout.table, layout.table.topology());
-    // Plans with many faces count them by the way they lie.
-    let mut start = vec![NONE; users.len()];
-    let mut ways: Vec<u32> = Vec::new();
-    for (start, _) in start.iter_mut().zip(users).filter(|(_, users)| **users >= frames.many_faces()) {
-        *start = ways.len() as u32;
-        ways.resize(ways.len() + WAYS, 0);
-    }
+    let least = frames.many_faces();
+    let mut ways = Ways::new(users, least);
     // Faces that are asked for more sides than those they own.
     let seen_again: BTreeSet<u32> = sides.iter().flat_map(|s| s.edges()).map(|h| t.face(h).0).collect();
     let way = |face: Face, patch: usize| {
-        let start = start[table.patch_plan(patch)?];
-        let is_plain = start != NONE && table.subfaces(face) == 1 && !seen_again.contains(&face.0);
-        let number = usize::from(table.turn(patch)) << 8 | usize::from(layout.owned(patch));
-        is_plain.then(|| start as usize + number)
+        let plan = table.patch_plan(patch)?;
+        let is_plain = table.subfaces(face) == 1 && !seen_again.contains(&face.0);
+        is_plain.then(|| (plan, u32::from(table.turn(patch)) << 8 | u32::from(layout.owned(patch))))
     };
     let faces = || (0..t.face_count() as u32).map(Face);
     for face in faces() {
-        if let Some(way) = way(face, table.patch(face, 0)) {
-            ways[way] += 1;
+        if let Some((plan, way)) = way(face, table.patch(face, 0))
+            && let Some(slot) = ways.slot(plan, way)
+        {
+            slot.faces += 1;
         }
     }
-    // From counts to numbers of patterns.
-    let is_many = |count: u32| count >= frames.many_faces() && count < NONE;
-    let mut known: Vec<u32> = ways.iter().map(|&count| if is_many(count) { NONE } else { NONE - 1 }).collect();
     let mut list: Vec<Wanted> = Vec::new();
     let mut shared = vec![NONE; users.len()];
     let mut of_patch = vec![NONE; table.patch_count()];
@@ -276,13 +304,14 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
                 list.push(Wanted { plan, cells, parts, own, is_passing: true });
                 continue;
             }
-            let own = way(face, patch).filter(|&way| known[way] != NONE - 1);
-            let known = own.map_or(&mut shared[plan], |way| &mut known[way]);
+            let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);
+            let is_own = own.is_some();
+            let known = own.map_or(&mut shared[plan], |slot| &mut slot.pattern);
             if *known == NONE {
                 *known = list.len() as u32;
-                let (parts, own) = match own {
-                    Some(_) => (layout.owned(patch), Some(table.turn(patch))),
-                    None => (ALL, None),
+                let (parts, own) = match is_own {
+                    true => (layout.owned(patch), Some(table.turn(patch))),
+                    false => (ALL, None),
                 };
                 list.push(Wanted { plan, cells, parts, own, is_passing: false });
             }
@@ -301,9 +330,7 @@ mod tests {
     use crate::tessellate::layout::PatchRates;
 
     fn layout(table: &PatchTable, rate: u32) -> Layout<'_> {
-        let edge = vec![rate; table.topology().edge_count()];
-        let rates = PatchRates { edge, patch: vec![[rate; 2]; table.patch_count()] };
-        Layout::new(table, rates)
+        Layout::new(table, PatchRates::Uniform { rate, edges: table.topology().edge_count() })
     }
 
     #[test]

@@ -40,15 +40,9 @@ pub(super) fn choose<T: Real>(
 
 fn uniform(table: &PatchTable, rate: u32) -> PatchRates {
     let t = table.topology();
-    let no_subfaces = (0..t.face_count() as u32).all(|f| table.subfaces(Face(f)) == 1);
-    let rate = if no_subfaces { rate } else { rate + rate % 2 };
-    let mut patch = Vec::with_capacity(table.patch_count());
-    for f in (0..t.face_count() as u32).map(Face) {
-        let n = table.subfaces(f);
-        let cells = if n == 1 { rate } else { rate / 2 };
-        patch.extend(std::iter::repeat_n([cells, cells], n as usize));
-    }
-    PatchRates { edge: vec![rate; t.edge_count()], patch }
+    let no_subfaces = table.patch_count() == t.face_count();
+    let even = |rate: u32| rate.checked_add(rate % 2).unwrap_or(rate - 1);
+    PatchRates::Uniform { rate: if no_subfaces { rate } else { even(rate) }, edges: t.edge_count() }
 }
 
 #[derive(Clone, Copy)]
@@ -164,7 +158,7 @@ fn adaptive<T: Real>(
             face_rates(surface, goal, f, &sides)
         })
         .collect();
-    Ok(faces.map(|faces| PatchRates { edge, patch: faces.concat() }))
+    Ok(faces.map(|faces| PatchRates::Each { edge, patch: faces.concat() }))
 }
 
 /// Refuses before any face is measured: inside a face there are at least as many points as its sides call for.

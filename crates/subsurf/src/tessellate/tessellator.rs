@@ -16,6 +16,7 @@ use crate::scheme::Scheme;
 use crate::shading::ShadingNormals;
 use rayon::prelude::*;
 use std::sync::Mutex;
+use subsurf_memory::{advise, reserve, with_capacity};
 
 /// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once.
 ///
@@ -80,6 +81,11 @@ impl PatchTable {
         let is_faceted = options.normals && self.scheme() == Scheme::Bilinear;
         let shared = options.normals && !is_faceted;
         let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
+        if frames == Frames::One {
+            // Positions, normals, and about one facet of four corners a point.
+            let normals = if shared { layout.points() } else { 0 };
+            reserve((layout.points() + normals) * size_of::<[T; 3]>() + 5 * layout.points() * size_of::<u32>());
+        }
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
         let faceted = is_faceted.then(|| PatchNormals::of(&facets));
@@ -168,10 +174,10 @@ impl<'a, T: Real> Tessellator<'a, T> {
         let (positions, normals) = self.vertices(self.layout.table.surface(control), None);
         Tessellation {
             positions,
-            face_offsets: self.facets.face_offsets.clone(),
-            corners: self.facets.corners.clone(),
+            face_offsets: copy(&self.facets.face_offsets),
+            corners: copy(&self.facets.corners),
             normals,
-            normal_corners: self.facets.normal_corners.clone(),
+            normal_corners: copy(&self.facets.normal_corners),
             places: self.options.places.then(|| self.facets.places.clone()),
             rates: self.layout.rates.clone(),
             facets: self.options.facets,
@@ -204,6 +210,8 @@ impl<'a, T: Real> Tessellator<'a, T> {
     ) -> (Vec<[T; 3]>, Vec<[T; 3]>) {
         let mut points = vec![[T::default(); 3]; self.point_count()];
         let mut normals = vec![[T::default(); 3]; self.normal_count()];
+        advise(&mut points);
+        advise(&mut normals);
         self.fill(surface, shading, &mut points, &mut normals);
         (points, normals)
     }
@@ -242,6 +250,12 @@ impl<'a, T: Real> Tessellator<'a, T> {
             shade::shade(&self.layout, &self.sides, shading, normals);
         }
     }
+}
+
+fn copy(list: &[u32]) -> Vec<u32> {
+    let mut out = with_capacity(list.len());
+    out.extend_from_slice(list);
+    out
 }
 
 /// Evaluates all points of a layout, and their normals.
