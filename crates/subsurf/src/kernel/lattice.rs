@@ -215,9 +215,34 @@ fn apart<T: Real, S: Simd>(simd: S, x: &[T; LANES], from: T::Block<S>) -> T::Blo
 
 /// Rows of sixteen lanes to lanes of rows: number k of lane l goes to `out[l * rows.len() + k]`. There are whole sixteens of rows.
 pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
+    let stride = rows.len();
     dispatch!(Level::new(), simd => simd.vectorize(
         #[inline(always)]
-        || turn_all(simd, from, rows, out)
+        || {
+            let mut between = [[T::default(); LANES]; LANES];
+            for (block, rows) in rows.as_chunks::<LANES>().0.iter().enumerate() {
+                for k in 0..LANES / 4 {
+                    let row = [rows[k], rows[k + 4], rows[k + 8], rows[k + 12]];
+                    let [a, b, c, d] = shuffled::<T, _>(
+                        simd,
+                        [&from[row[0] as usize], &from[row[1] as usize], &from[row[2] as usize], &from[row[3] as usize]],
+                    );
+                    T::store(simd, a, &mut between[4 * k]);
+                    T::store(simd, b, &mut between[4 * k + 1]);
+                    T::store(simd, c, &mut between[4 * k + 2]);
+                    T::store(simd, d, &mut between[4 * k + 3]);
+                }
+                for k in 0..LANES / 4 {
+                    let row = [&between[k], &between[k + 4], &between[k + 8], &between[k + 12]];
+                    let [a, b, c, d] = shuffled::<T, _>(simd, row);
+                    let at = 4 * k * stride + LANES * block;
+                    T::store(simd, a, &mut out[at..].as_chunks_mut().0[0]);
+                    T::store(simd, b, &mut out[at + stride..].as_chunks_mut().0[0]);
+                    T::store(simd, c, &mut out[at + 2 * stride..].as_chunks_mut().0[0]);
+                    T::store(simd, d, &mut out[at + 3 * stride..].as_chunks_mut().0[0]);
+                }
+            }
+        }
     ));
 }
 
@@ -228,46 +253,45 @@ pub(crate) fn turn_back<T: Real>(from: &[T], out: &mut [[T; LANES]]) {
     dispatch!(Level::new(), simd => simd.vectorize(
         #[inline(always)]
         || {
+            let mut between = [[T::default(); LANES]; LANES];
             for (block, out) in out[..stride].as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-                let mut x = [T::splat(simd, T::default()); LANES];
-                for k in 0..LANES {
-                    x[k] = T::load(simd, &from[k * stride + LANES * block..].as_chunks::<LANES>().0[0]);
+                for k in 0..LANES / 4 {
+                    let at = k * stride + LANES * block;
+                    let [a, b, c, d] = shuffled::<T, _>(
+                        simd,
+                        [
+                            &from[at..].as_chunks().0[0],
+                            &from[at + 4 * stride..].as_chunks().0[0],
+                            &from[at + 8 * stride..].as_chunks().0[0],
+                            &from[at + 12 * stride..].as_chunks().0[0],
+                        ],
+                    );
+                    T::store(simd, a, &mut between[4 * k]);
+                    T::store(simd, b, &mut between[4 * k + 1]);
+                    T::store(simd, c, &mut between[4 * k + 2]);
+                    T::store(simd, d, &mut between[4 * k + 3]);
                 }
-                x = turned::<T, _>(simd, x);
-                for k in 0..LANES {
-                    T::store(simd, x[k], &mut out[k]);
+                for k in 0..LANES / 4 {
+                    let row = [&between[k], &between[k + 4], &between[k + 8], &between[k + 12]];
+                    let [a, b, c, d] = shuffled::<T, _>(simd, row);
+                    T::store(simd, a, &mut out[4 * k]);
+                    T::store(simd, b, &mut out[4 * k + 1]);
+                    T::store(simd, c, &mut out[4 * k + 2]);
+                    T::store(simd, d, &mut out[4 * k + 3]);
                 }
             }
         }
     ));
 }
 
+/// Of rows k, k + 4, k + 8 and k + 12 the rows 4 k to 4 k + 3 after two perfect shuffles of all sixteen; four shuffles make columns
+/// of rows. All sixteen at once do not fit the registers in double precision.
 #[inline(always)]
-fn turn_all<T: Real, S: Simd>(simd: S, from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
-    let stride = rows.len();
-    for (block, rows) in rows.as_chunks::<LANES>().0.iter().enumerate() {
-        let mut x = [T::splat(simd, T::default()); LANES];
-        for k in 0..LANES {
-            x[k] = T::load(simd, &from[rows[k] as usize]);
-        }
-        x = turned::<T, S>(simd, x);
-        for k in 0..LANES {
-            let to = &mut out[k * stride + LANES * block..].as_chunks_mut::<LANES>().0[0];
-            T::store(simd, x[k], to);
-        }
-    }
-}
-
-/// Rows for columns, by four perfect shuffles.
-#[inline(always)]
-fn turned<T: Real, S: Simd>(simd: S, mut x: [T::Block<S>; LANES]) -> [T::Block<S>; LANES] {
-    for _ in 0..4 {
-        let y = x;
-        for k in 0..LANES / 2 {
-            [x[2 * k], x[2 * k + 1]] = T::zip(simd, y[k], y[k + LANES / 2]);
-        }
-    }
-    x
+fn shuffled<T: Real, S: Simd>(simd: S, rows: [&[T; LANES]; 4]) -> [T::Block<S>; 4] {
+    let [a, b] = T::zip(simd, T::load(simd, rows[0]), T::load(simd, rows[2]));
+    let [c, d] = T::zip(simd, T::load(simd, rows[1]), T::load(simd, rows[3]));
+    let ([p, q], [r, s]) = (T::zip(simd, a, c), T::zip(simd, b, d));
+    [p, q, r, s]
 }
 
 #[cfg(test)]
