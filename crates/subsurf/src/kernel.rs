@@ -8,14 +8,14 @@ use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
 
 mod block;
-mod grid;
+mod lattice;
 mod normal;
 mod parts;
 mod surface;
 
 pub use block::Lanes;
 use block::store_each;
-pub(crate) use grid::{FineGrid, RowRule, refine_grid};
+pub(crate) use lattice::{RowRule, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, turn_back};
 pub(crate) use normal::unit_normals_of;
 pub(crate) use parts::{PART, Part, Parts, put};
 pub(crate) use surface::{Ring, Samples, SurfaceMatrix};

@@ -123,7 +123,7 @@ impl ControlMesh {
     /// [`MeshError`] names the first offending face or tag.
     pub fn new<F: AsRef<[u32]>>(faces: &[F], tags: Tags) -> Result<Self, MeshError> {
         let counts: Vec<u32> = faces.iter().map(|f| f.as_ref().len() as u32).collect();
-        let mut corners = Vec::with_capacity(counts.iter().map(|&n| n as usize).sum());
+        let mut corners = subsurf_memory::with_capacity(counts.iter().map(|&n| n as usize).sum());
         faces.iter().for_each(|f| corners.extend_from_slice(f.as_ref()));
         let vertex_count = corners.iter().max().map_or(0, |&v| v as usize + 1);
         Self::from_counts(vertex_count, &counts, corners, tags)
@@ -143,7 +143,7 @@ impl ControlMesh {
                 return Err(MeshError::TooLarge { what, count, limit: MAX_COUNT });
             }
         }
-        let mut face_offset = Vec::with_capacity(counts.len() + 1);
+        let mut face_offset = subsurf_memory::with_capacity(counts.len() + 1);
         let mut end = 0usize;
         face_offset.push(0);
         for (face, &sides) in counts.iter().enumerate() {

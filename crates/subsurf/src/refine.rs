@@ -11,6 +11,7 @@ mod direct;
 mod face_rings;
 mod next_level;
 mod numbering;
+mod parts;
 mod plain;
 mod quad_split;
 mod refined_point;

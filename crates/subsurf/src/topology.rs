@@ -152,6 +152,12 @@ impl Topology {
         }
     }
 
+    /// Number of corners of the face of a half-edge.
+    #[inline]
+    pub(crate) fn sides_at(&self, h: HalfEdge) -> usize {
+        self.face.sides(h.0, &self.face_offset)
+    }
+
     /// True for a face that shapes its neighbours but is not part of the surface.
     pub fn is_hole(&self, face: Face) -> bool {
         self.hole[face.index()]
@@ -321,13 +327,17 @@ impl Topology {
             std::iter::once(a).chain((b != a).then_some(b))
         };
         // Counted two places further, so that filling moves every start to where it belongs.
-        offset.clear();
-        offset.resize(self.vertex_count + 2, 0);
+        list.clear();
+        if offset.capacity() == 0 {
+            *offset = subsurf_memory::zeroed(self.vertex_count + 2);
+        } else {
+            offset.clear();
+            offset.resize(self.vertex_count + 2, 0);
+        }
         edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 2] += 1));
         for v in 2..offset.len() {
             offset[v] += offset[v - 1];
         }
-        list.clear();
         list.resize(offset[self.vertex_count + 1] as usize, 0);
         for e in edges() {
             for v in ends(e) {

@@ -166,11 +166,11 @@ fn without_trees_only_what_is_sharp_has_rules_of_its_own() {
         let grid = shapes::grid(n, n);
         for depth in 1..4 {
             let size = UniformRefinement::new(&grid.mesh, Scheme::CatmullClark, depth).unwrap().size();
-            // The boundary's vertices at every level, its edges at the first.
+            // The boundary's vertices at every level; where the first step is made by itself, its edges too.
             let boundary = 4 * n as usize;
-            assert_eq!(size.special_points, boundary * (depth as usize + 1));
+            assert_eq!(size.special_points, boundary * (depth as usize).max(2));
             assert_eq!((size.nodes, size.tree_bytes), (0, 0));
-            // One number for a half-edge below the first level; less than 200 bytes for a special point.
+            // A number for a vertex and a byte for a half-edge below the first level; less than 200 bytes for a special point.
             let half_edges = 4 * (n * n) as usize;
             assert!(size.ring_bytes <= 4 * half_edges + 200 * size.special_points, "{size:?}");
         }
@@ -227,5 +227,16 @@ fn poles_and_large_polygons_are_refined_too() {
         let control = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
         // More terms, but of masks whose weights are the smaller.
         check(&control, &shape.positions, 2, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+    }
+}
+
+#[test]
+fn few_faces_may_go_deep() {
+    for shape in shapes::tagged().into_iter().filter(|shape| shape.mesh.face_count() < 12) {
+        for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
+            let control = Level::new(&shape.mesh, scheme).unwrap();
+            // Six levels of up to a hundred terms, which sum to the unit, with 1e-16 each; they average.
+            check(&control, &shape.positions, 6, 1e-14).unwrap_or_else(|e| panic!("{} {scheme:?}: {e}", shape.name));
+        }
     }
 }

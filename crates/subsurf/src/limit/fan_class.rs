@@ -66,7 +66,8 @@ impl<'a> FanClasses<'a> {
         }
         let fans: Vec<_> = others.par_iter().with_min_len(2048).map(|&v| fan(t, Vertex(v))).collect();
         let mut numbers: HashMap<Signature, u32, BuildHasherDefault<KeyHasher>> = HashMap::default();
-        all.row = vec![NONE; t.vertex_count()];
+        all.row = subsurf_memory::with_capacity(t.vertex_count());
+        all.row.resize(t.vertex_count(), NONE);
         for (v, fan) in others.into_iter().zip(fans) {
             let Some((signature, class)) = fan else { continue };
             let next = (MOST_FACES + 1 + numbers.len()) as u32;
@@ -204,7 +205,7 @@ fn fan(t: &Topology, v: Vertex) -> Option<(Signature, Class)> {
     let is_closed = t.walk_fan(v, |h| {
         if count < MOST_FACES {
             let sharpness = t.edge_sharpness.code(t.edge(h).index());
-            faces[count] = (t.sides(t.face(h)) as u32) << 8 | u32::from(sharpness);
+            faces[count] = (t.sides_at(h) as u32) << 8 | u32::from(sharpness);
             starts[count] = h.0;
         }
         count += 1;

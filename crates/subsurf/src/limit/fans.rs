@@ -20,7 +20,8 @@ pub(super) struct Fans {
 impl Fans {
     pub fn new(t: &Topology) -> Self {
         let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(2048).map(Vertex);
-        let mut all: Vec<Fan> = vertices.map(|v| Fan::of(t, v)).collect();
+        let mut all = subsurf_memory::with_capacity(t.vertex_count());
+        vertices.map(|v| Fan::of(t, v)).collect_into_vec(&mut all);
         if t.vertex_non_manifold.contains(&true) {
             // There are faces beyond the fan.
             let pairs = t.vertex_non_manifold.iter().zip(&mut all);
@@ -33,7 +34,8 @@ impl Fans {
                 }
             }
         }
-        let valence = all.iter().map(|fan| fan.smooth_valence().unwrap_or(0)).collect();
+        let mut valence = subsurf_memory::with_capacity(all.len());
+        valence.extend(all.iter().map(|fan| fan.smooth_valence().unwrap_or(0)));
         Self { all, valence }
     }
 }
@@ -46,7 +48,7 @@ impl Fan {
     pub fn of(t: &Topology, v: Vertex) -> Self {
         let (mut faces, mut points, mut quads) = (0, 0, true);
         let closed = t.walk_fan(v, |h| {
-            let sides = t.sides(t.face(h)) as u32;
+            let sides = t.sides_at(h) as u32;
             faces += 1;
             points += sides - 2;
             quads &= sides == 4;

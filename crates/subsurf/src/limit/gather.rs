@@ -2,20 +2,22 @@
 //!
 //! Most patches are quads with [smooth corners](super::smooth_ring). Their rings are read off the half-edges, straight into
 //! the first part of the list of all rings. Of others, the first with certain [fans](super::fan_class) at its corners is walked
-//! round, which tells its plan; further ones take the plan, and their rings are read off the half-edges too.
+//! round, which tells its plan; further ones take the plan, and their rings are read off the half-edges too. Which faces are
+//! first is found by a [survey] of the whole mesh, so that no chunk walks round what another has met.
 
-use super::fan_class::{self, ByFace, FaceKey, FanClasses};
+mod survey;
+
+use super::fan_class::FanClasses;
 use super::fans::Fans;
-use super::plan_key::{Key, KeyHasher, Keys, canonical_corner};
+use super::plan_key::{Key, Keys, canonical_corner};
 use super::smooth_ring::{self, Valences, is_distinct};
 use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::hash::BuildHasherDefault;
 use std::ops::Range;
+use survey::{Found, Shared, Smooth, Survey};
 
 /// Faces a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
 const CHUNK: usize = 2048;
@@ -23,7 +25,8 @@ const CHUNK: usize = 2048;
 /// A face, and the corner that its walk starts at.
 pub(super) type Start = (u32, u32);
 
-/// Everything per patch, plans numbered by first appearance in the mesh.
+/// Everything per patch. Plans are numbered in the order in which kinds of patches come first in the mesh, then those that only walks
+/// tell apart.
 pub(super) struct Gathered {
     pub patch_plan: Vec<u32>,
     pub patch_turn: Vec<u8>,
@@ -43,17 +46,22 @@ impl Gathered {
     pub fn new(t: &Topology, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
         let fans = Fans::new(t);
         let patches = face_patch[t.face_count()] as usize;
-        let sizes: Vec<Size> = (0..t.face_count().div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| faces_of(t, chunk).map(|f| Size::of(t, whole, &fans, Face::new(f))).sum())
-            .collect();
+        let classes = FanClasses::new(t, &fans);
+        let chunks = t.face_count().div_ceil(CHUNK);
+        let mut surveys = Vec::with_capacity(chunks);
+        let survey = |ring: &mut Vec<u32>, chunk| Survey::of(t, whole, &fans, &classes, faces_of(t, chunk), ring);
+        (0..chunks).into_par_iter().map_init(Vec::new, survey).collect_into_vec(&mut surveys);
+        let sizes: Vec<Size> = surveys.iter().map(|survey| survey.size).collect();
         let size: Size = sizes.iter().copied().sum();
         size.check(patches)?;
+        let shared = Shared::new(t, whole, surveys);
 
-        let (mut patch_plan, mut patch_turn) = (vec![NONE; patches], vec![0; patches]);
+        let (mut patch_plan, mut patch_turn) =
+            (subsurf_memory::with_capacity(patches), subsurf_memory::zeroed(patches));
+        patch_plan.resize(patches, NONE);
         // Memory that comes zeroed costs nothing until threads write to it.
-        let (mut ring_start, mut ring) = (vec![0; patches], vec![0; size.direct + size.others]);
-        let classes = FanClasses::new(t, &fans);
+        let (mut ring_start, mut ring) =
+            (subsurf_memory::zeroed(patches), subsurf_memory::zeroed(size.direct + size.others));
         let lists = Lists {
             plan: &mut patch_plan,
             turn: &mut patch_turn,
@@ -61,18 +69,24 @@ impl Gathered {
             direct: &mut ring[..size.direct],
         };
         let mut chunks = lists.chunks(t, face_patch, &sizes);
-        let mut met: Vec<Met> =
-            chunks.par_iter_mut().map_init(Scratch::default, |own, c| c.gather(t, whole, &classes, own)).collect();
+        let gather = |scratch: &mut Scratch, (i, chunk): (usize, &mut Chunk<'_, '_>)| {
+            chunk.gather(t, whole, &fans.valence, &shared, shared.found(i), scratch)
+        };
+        let mut met: Vec<Met> = chunks.par_iter_mut().enumerate().map_init(Scratch::default, gather).collect();
 
         let (mut representatives, mut known) = (Vec::new(), Keys::default());
+        let common = shared.plans.len() as u32;
+        let number_all = |keys: Vec<(Key, Start)>, known: &mut Keys, representatives: &mut Vec<Start>| -> Vec<u32> {
+            keys.into_iter().map(|(key, place)| number(key, place, known, representatives)).collect()
+        };
+        let shared = number_all(shared.plans, &mut known, &mut representatives);
         let mut end = size.direct;
         let chunks: Vec<_> = chunks.into_iter().map(|chunk| (chunk.plan, chunk.start)).collect();
         ring.resize(size.direct + met.iter().map(|chunk| chunk.ring.len()).sum::<usize>(), 0);
         let mut others = &mut ring[size.direct..];
         let mut rest = Vec::with_capacity(met.len());
         for chunk in &mut met {
-            let plans: Vec<u32> =
-                chunk.keys.drain(..).map(|(key, place)| number(key, place, &mut known, &mut representatives)).collect();
+            let plans = number_all(std::mem::take(&mut chunk.keys), &mut known, &mut representatives);
             let (own, more) = others.split_at_mut(chunk.ring.len());
             rest.push((end, plans, own));
             others = more;
@@ -82,7 +96,8 @@ impl Gathered {
             return Err(MeshError::TooLarge { what: "control points in rings", count: end, limit: MAX_COUNT });
         }
         chunks.into_par_iter().zip(met).zip(rest).for_each(|(((plan, start), met), (base, plans, others))| {
-            plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = plans[*plan as usize]);
+            let of = |plan: u32| if plan < common { shared[plan as usize] } else { plans[(plan - common) as usize] };
+            plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = of(*plan));
             met.walked.iter().for_each(|&patch| start[patch as usize] += base as u32);
             others.copy_from_slice(&met.ring);
         });
@@ -120,21 +135,6 @@ struct Size {
 const MOST_RING_POINTS: usize = 1 << 28;
 
 impl Size {
-    fn of(t: &Topology, whole: usize, fans: &Fans, face: Face) -> Self {
-        let corners = t.face_vertices(face);
-        if t.is_hole(face) {
-            return Self::default();
-        }
-        if let Some(valences) = valences(whole, &fans.valence, corners) {
-            return Self { direct: smooth_ring::points(valences), others: 0 };
-        }
-        // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
-        let own = corners.len();
-        let beyond = |&v: &u32| (fans.all[v as usize].points() + 2).saturating_sub(own);
-        let ring = own + corners.iter().map(beyond).sum::<usize>();
-        Self { direct: 0, others: if own == whole { ring } else { own * ring } }
-    }
-
     /// Refuses meshes whose rings would not fit into memory, before any is made.
     fn check(self, patches: usize) -> Result<(), MeshError> {
         let (count, limit) = (self.direct + self.others, MOST_RING_POINTS + 64 * patches);
@@ -144,6 +144,16 @@ impl Size {
         }
         Ok(())
     }
+}
+
+/// Control points in the rings of a face that are not read directly, at most.
+fn others(t: &Topology, whole: usize, fans: &Fans, face: Face) -> usize {
+    let corners = t.face_vertices(face);
+    // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
+    let own = corners.len();
+    let beyond = |&v: &u32| (fans.all[v as usize].points() + 2).saturating_sub(own);
+    let ring = own + corners.iter().map(beyond).sum::<usize>();
+    if own == whole { ring } else { own * ring }
 }
 
 impl std::iter::Sum for Size {
@@ -209,35 +219,31 @@ struct Scratch {
     ring: Vec<u32>,
 }
 
-/// What a chunk needs beyond its part of the tables, plans numbered within the chunk.
-#[derive(Default)]
+/// What a chunk needs beyond its part of the tables, plans numbered within the chunk behind those that are shared.
 struct Met {
     /// Distinct keys in order of appearance, each with the face that it was first met at, and their numbers.
     keys: Vec<(Key, Start)>,
     known: Keys,
-    alike: ByFace<Alike>,
-    /// Patches whose rings come from walks, and these rings.
+    first: u32,
+    /// Patches whose rings are not read directly, and these rings.
     walked: Vec<u32>,
     ring: Vec<u32>,
 }
 
-/// What the valences of a quad with smooth corners say: where its walk starts and, once it is met, the plan.
-#[derive(Clone, Copy)]
-struct Smooth {
-    start: u8,
-    plan: u32,
-}
-
-type SmoothPlans = HashMap<Valences, Smooth, BuildHasherDefault<KeyHasher>>;
-
 impl Chunk<'_, '_> {
-    fn gather(&mut self, t: &Topology, whole: usize, classes: &FanClasses<'_>, scratch: &mut Scratch) -> Met {
-        let valence = classes.valence;
-        let mut met = Met::default();
-        let mut smooth = SmoothPlans::default();
-        smooth.insert([4; 4], Smooth { start: 0, plan: NONE });
-        self.read_rings(t, whole, valence, &mut smooth);
-        let mut regular = NONE;
+    fn gather(
+        &mut self,
+        t: &Topology,
+        whole: usize,
+        valence: &[u8],
+        shared: &Shared,
+        mut found: impl Iterator<Item = Found>,
+        scratch: &mut Scratch,
+    ) -> Met {
+        let first = shared.plans.len() as u32;
+        let mut met = Met { keys: Vec::new(), known: Keys::default(), first, walked: Vec::new(), ring: Vec::new() };
+        self.read_rings(t, whole, valence, shared);
+        let regular = shared.smooth.get(&[4; 4]).map_or(NONE, |smooth| smooth.plan);
         let (mut patch, mut rings) = (0, 0);
         for face in self.faces.clone().map(Face::new) {
             let sides = t.sides(face);
@@ -252,29 +258,25 @@ impl Chunk<'_, '_> {
                 // In small meshes, where the ring is another one, the place stays unused.
                 if is_distinct(&self.direct[own.clone()]) {
                     self.start[patch] = (self.base + own.start) as u32;
-                    if valences == [4; 4] && regular != NONE {
-                        self.plan[patch] = regular;
-                        patch += 1;
-                        continue;
-                    }
-                    let shared = smooth.get_mut(&valences).expect("its ring was read");
-                    if shared.plan == NONE {
-                        shared.plan = met.walk(t, face, usize::from(shared.start), scratch);
-                        debug_assert_eq!(scratch.around.ring, self.direct[own]);
-                    }
-                    (self.plan[patch], self.turn[patch]) = (shared.plan, shared.start);
-                    if valences == [4; 4] {
-                        regular = shared.plan;
-                    }
+                    let Smooth { start, plan } = match valences {
+                        [4, 4, 4, 4] => Smooth { start: 0, plan: regular },
+                        _ => shared.smooth[&valences],
+                    };
+                    (self.plan[patch], self.turn[patch]) = (plan, start);
                     patch += 1;
                     continue;
                 }
             }
-            let fans = classes.of_face(t, face);
+            let is_smooth = valences(whole, valence, t.face_vertices(face)).is_some();
             for subface in starts {
-                let (plan, start) = match sides == whole {
-                    true => met.whole(t, face, fans, scratch),
-                    false => met.subface(t, face, subface, fans, scratch),
+                let found = if is_smooth { None } else { found.next() };
+                let read = found.and_then(|found| shared.read(t, face, found, &mut scratch.ring));
+                let (plan, start) = match read {
+                    Some(read) => read,
+                    None => {
+                        let start = if sides == whole { canonical_corner(t, face) } else { subface };
+                        (met.walk(t, face, start, scratch), start)
+                    }
                 };
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
@@ -289,17 +291,11 @@ impl Chunk<'_, '_> {
 
     /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
     /// load in fours.
-    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], smooth: &mut SmoothPlans) {
+    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], shared: &Shared) {
         let mut rings = 0;
         for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
             let Some(valences) = valences(whole, valence, t.face_vertices(face)) else { continue };
-            let start = if valences == [4; 4] {
-                0
-            } else {
-                // Where the walk starts follows from the valences.
-                let new = || Smooth { start: canonical_corner(t, face) as u8, plan: NONE };
-                usize::from(smooth.entry(valences).or_insert_with(new).start)
-            };
+            let start = if valences == [4; 4] { 0 } else { usize::from(shared.smooth[&valences].start) };
             let own = rings..rings + smooth_ring::points(valences);
             rings = own.end;
             let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
@@ -308,92 +304,66 @@ impl Chunk<'_, '_> {
     }
 }
 
-/// What the fans at the corners of a face say, from a certain corner on: at how many corners further walks start, and the plan.
-#[derive(Clone, Copy)]
-struct Alike {
-    start: usize,
-    plan: u32,
-}
-
 impl Met {
-    /// The plan of a face that is one patch, and the corner that its walk starts at; its ring is left in `scratch`.
-    fn whole(&mut self, t: &Topology, face: Face, fans: Option<FaceKey>, scratch: &mut Scratch) -> (u32, usize) {
-        let sides = t.sides(face);
-        let Some((fans, turn, period)) = fans.map(|fans| fan_class::least(&fans)) else {
-            return self.walked(t, face, canonical_corner(t, face), scratch);
-        };
-        if let Some(&Alike { start, plan }) = self.alike.get(&fans) {
-            // Of corners that look the same the first one.
-            let start = (turn + start) % period;
-            if self.is_read(t, face, start, plan, scratch) {
-                return (plan, start);
-            }
-        }
-        let (plan, start) = self.walked(t, face, canonical_corner(t, face), scratch);
-        self.note(t, face, start, fans, Alike { start: (start + sides - turn) % sides, plan }, scratch);
-        (plan, start)
-    }
-
-    /// The same of a sub-face, whose walk starts at its own corner.
-    fn subface(
-        &mut self,
-        t: &Topology,
-        face: Face,
-        subface: usize,
-        fans: Option<FaceKey>,
-        scratch: &mut Scratch,
-    ) -> (u32, usize) {
-        let fans = fans.map(|fans| fan_class::turned(&fans, subface));
-        if let Some(fans) = fans
-            && let Some(&Alike { plan, .. }) = self.alike.get(&fans)
-            && self.is_read(t, face, subface, plan, scratch)
-        {
-            return (plan, subface);
-        }
-        let (plan, start) = self.walked(t, face, subface, scratch);
-        if let Some(fans) = fans {
-            self.note(t, face, start, fans, Alike { start: 0, plan }, scratch);
-        }
-        (plan, start)
-    }
-
-    /// Reads the ring of a face like others with this plan; false where it takes a walk.
-    fn is_read(&mut self, t: &Topology, face: Face, start: usize, plan: u32, scratch: &mut Scratch) -> bool {
-        fan_class::read(t, face, start, &mut scratch.ring);
-        let is_read = scratch.ring.len() <= smooth_ring::MOST && is_distinct(&scratch.ring);
-        if is_read && cfg!(debug_assertions) {
-            debug_assert_eq!(self.walk(t, face, start, scratch), plan);
-            debug_assert_eq!(scratch.around.ring, scratch.ring);
-        }
-        is_read
-    }
-
-    /// Remembers what a walk told, if the ring is one that can be read.
-    fn note(&mut self, t: &Topology, face: Face, start: usize, fans: FaceKey, alike: Alike, scratch: &mut Scratch) {
-        fan_class::read(t, face, start, &mut scratch.ring);
-        if scratch.ring == scratch.around.ring {
-            self.alike.insert(fans, alike);
-        } else {
-            scratch.ring.clone_from(&scratch.around.ring);
-        }
-    }
-
-    /// Walks round a face for its plan and ring.
-    fn walked(&mut self, t: &Topology, face: Face, start: usize, scratch: &mut Scratch) -> (u32, usize) {
-        let plan = self.walk(t, face, start, scratch);
-        scratch.ring.clone_from(&scratch.around.ring);
-        (plan, start)
-    }
-
-    /// Walks round a face from corner `start`, and finds or makes the plan's number.
+    /// Walks round a face from corner `start`, and finds or makes the plan's number; the ring is left in `scratch`.
     fn walk(&mut self, t: &Topology, face: Face, start: usize, scratch: &mut Scratch) -> u32 {
         let around = &mut scratch.around;
         t.surroundings(face, start, &mut scratch.walk, around);
+        scratch.ring.clone_from(&around.ring);
         self.known.get(&around.key[..]).copied().unwrap_or_else(|| {
-            let plan = self.keys.len() as u32;
+            let plan = self.first + self.keys.len() as u32;
             self.keys.push((around.key.clone().into(), (face.0, start as u32)));
             self.known.insert(around.key.clone().into(), plan);
             plan
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ControlMesh;
+    use crate::shapes;
+    use crate::tags::{Crease, Tags};
+
+    /// A grid of several chunks, some of its quads cut into triangles, some of its edges sharp.
+    fn mixed_grid(side: u32) -> ControlMesh {
+        let at = |i: u32, j: u32| i * (side + 1) + j;
+        let mut faces: Vec<Vec<u32>> = Vec::new();
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if (7 * i + 3 * j + i * j) % 11 == 0 {
+                faces.extend([vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]]);
+            } else {
+                faces.push(quad.to_vec());
+            }
+        }
+        let creases = (0..side).map(|i| Crease::new(at(i, i % 5 + 20), at(i + 1, i % 5 + 20), f64::from(i % 3)));
+        ControlMesh::new(&faces, Tags { creases: creases.collect(), ..Tags::default() }).unwrap()
+    }
+
+    #[test]
+    fn every_patch_has_the_plan_and_the_ring_of_its_own_walk() {
+        let meshes = shapes::all().into_iter().map(|shape| shape.mesh).chain([mixed_grid(70)]);
+        let (mut walk, mut around) = (Walk::default(), Surroundings::default());
+        for mesh in meshes {
+            let t = Topology::new(&mesh).unwrap();
+            let patches = |f: usize| if t.sides(Face::new(f)) == 4 { 1 } else { t.sides(Face::new(f)) as u32 };
+            let mut face_patch = vec![0];
+            (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
+            let gathered = Gathered::new(&t, 4, &face_patch).unwrap();
+            for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
+                let first = face_patch[face.index()] as usize;
+                for subface in 0..patches(face.index()) as usize {
+                    let patch = first + subface;
+                    let turn = usize::from(gathered.patch_turn[patch]);
+                    let start = if t.sides(face) == 4 { turn } else { subface };
+                    t.surroundings(face, start, &mut walk, &mut around);
+                    assert_eq!(gathered.patch_plan[patch], gathered.known[&around.key[..]], "{face} {subface}");
+                    let ring = gathered.ring_start[patch] as usize;
+                    assert_eq!(gathered.ring[ring..ring + around.ring.len()], around.ring, "{face} {subface}");
+                }
+            }
+        }
     }
 }

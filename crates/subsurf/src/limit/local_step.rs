@@ -3,7 +3,8 @@
 //! points. Both are read off the refinement masks, run once on a mesh that has nothing but the vertex's neighbourhood.
 
 use super::corner::{Corner, Kind, grid_points, special_points};
-use super::rows::{Combination, Rows};
+use super::plan::RefinedPoints;
+use super::rows::{Accumulator, Combination, Rows};
 use super::triangle_points;
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
@@ -51,42 +52,35 @@ impl LocalStep {
             position[v as usize] = k as u32;
         }
         let child = parent.refine().expect("the neighbourhood is small");
-        let step = |points: &[Combination]| -> Vec<Combination> {
-            points.iter().map(|p| ParentPoints { t, scheme, position: &position }.of(p)).collect()
+        let mut refined = RefinedPoints::default();
+        refined.clear(t, child.topology().vertex_count());
+        let mut sum = Accumulator::new(points);
+        let mut step = |children: &[Combination]| {
+            let mut rows = Rows::empty(points);
+            for child in children {
+                for &(v, w) in child {
+                    let row = refined.row(t, scheme, v) as usize;
+                    for (parent, x) in refined.rows().row(row) {
+                        let p = position[parent as usize];
+                        assert!(p != u32::MAX, "vertex {parent} lies outside the neighbourhood");
+                        sum.add(p, w * x);
+                    }
+                }
+                rows.push(&mut sum);
+            }
+            rows
         };
         // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
         let first = |c: u32| child.topology().half_edge(Face(4 * own + c), 0);
-        let a = Rows::new(points, &step(&canonical(child.topology(), first(0))));
+        let a = step(&canonical(child.topology(), first(0)));
         let x = [1, 2, 3].map(|c| {
             if quads {
-                let grid = grid_points(child.topology(), first(c), false).map(|p| p.expect("a full grid"));
-                Rows::new(points, &step(&grid))
+                step(&grid_points(child.topology(), first(c), false).map(|p| p.expect("a full grid")))
             } else {
-                Rows::new(points, &step(&triangle_points::patch_points(child.topology(), first(c))))
+                step(&triangle_points::patch_points(child.topology(), first(c)))
             }
         });
         Self { points, ring, a, x }
-    }
-}
-
-/// Child points as combinations of the canonical parent points.
-struct ParentPoints<'a> {
-    t: &'a Topology,
-    scheme: Scheme,
-    position: &'a [u32],
-}
-
-impl ParentPoints<'_> {
-    fn of(&self, point: &Combination) -> Combination {
-        let mut sum = Vec::new();
-        for &(v, w) in point {
-            child_vertex(self.t, self.scheme, v, &mut |parent, x| {
-                let p = self.position[parent as usize];
-                assert!(p != u32::MAX, "vertex {parent} lies outside the neighbourhood");
-                sum.push((p, w * x));
-            });
-        }
-        sum
     }
 }
 

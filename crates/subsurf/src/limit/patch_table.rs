@@ -41,6 +41,15 @@ pub(crate) struct Known {
     nodes: Numbers,
 }
 
+/// The keys of plans from number `first` on.
+fn in_order(keys: &Keys, first: usize) -> Vec<&[u32]> {
+    let mut out: Vec<&[u32]> = vec![&[]; keys.len() - first];
+    for (key, &plan) in keys.iter().filter(|(_, plan)| **plan as usize >= first) {
+        out[plan as usize - first] = key;
+    }
+    out
+}
+
 /// Figures about a table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
@@ -112,7 +121,8 @@ impl PatchTable {
         }
         // At most one patch per corner, and corners fit into 32 bits.
         let sides = |f: usize| topology.sides(Face(f as u32));
-        let mut face_patch: Vec<u32> = (0..=faces as u32).collect();
+        let mut face_patch: Vec<u32> = subsurf_memory::with_capacity(faces + 1);
+        face_patch.extend(0..=faces as u32);
         if (0..faces).any(|f| sides(f) != whole) {
             for f in 0..faces {
                 face_patch[f + 1] = face_patch[f] + if sides(f) == whole { 1 } else { sides(f) as u32 };
@@ -122,7 +132,8 @@ impl PatchTable {
         let gathered = Gathered::new(&topology, whole, &face_patch)?;
         let mut plans = Plans::empty(scheme);
         let mut nodes = Numbers::default();
-        plans.add(&topology, &gathered.representatives, scheme, &specials, &mut nodes);
+        let keys = in_order(&gathered.known, 0);
+        plans.add(&topology, &gathered.representatives, &keys, scheme, &specials, &mut nodes);
         let table = Self {
             topology,
             scheme,

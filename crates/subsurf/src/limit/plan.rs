@@ -22,9 +22,11 @@ mod leaf_basis;
 mod place_weights;
 mod refined_points;
 mod sub_patches;
+mod template;
 
 pub(super) use compile::Numbers;
 pub(crate) use grid_weights::{GridMaker, GridScratch};
+pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
@@ -130,10 +132,10 @@ struct Child {
     ring: Arc<[u32]>,
 }
 
-/// Rows of refined points, the first of which nodes may share.
+/// Rows of refined points; nodes share the first of them, or all.
 struct Points {
     shared: Option<Arc<Rows>>,
-    own: Rows,
+    own: Arc<Rows>,
 }
 
 struct Leaf {
@@ -192,12 +194,13 @@ impl Plans {
             Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
             Body::Split(split) => {
                 let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
-                let shared = split.points.shared.as_ref();
-                let shared = shared.map_or(0, |r| once(Arc::as_ptr(r).cast(), COUNTS + size_of::<Rows>() + r.bytes()));
+                let rows = |r: &Arc<Rows>| (Arc::as_ptr(r).cast(), COUNTS + size_of::<Rows>() + r.bytes());
+                let points = split.points.shared.iter().chain([&split.points.own]);
+                let points: usize = points.map(rows).map(|(of, bytes)| once(of, bytes)).sum();
                 let rings = split.children.iter();
                 let rings = rings.map(|c| once(c.ring.as_ptr().cast(), COUNTS + size_of_val(&c.ring[..])));
                 let children = size_of_val(&split.children[..]) + rings.sum::<usize>();
-                size_of::<Split>() + split.points.own.bytes() + shared + children + ends
+                size_of::<Split>() + points + children + ends
             }
         };
         let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
@@ -423,6 +426,13 @@ impl Child {
 }
 
 impl Leaf {
+    /// A patch along one crease with another sharpness.
+    fn with_sharpness(&self, s: f64) -> Self {
+        let LeafShape::SingleCrease { turn, .. } = self.shape else { unreachable!("a patch along a crease") };
+        let shape = LeafShape::SingleCrease { turn, sharpness: s };
+        Self { shape, points: self.points.clone(), patch_points: self.patch_points, creases: Vec::new() }
+    }
+
     /// Weights over the leaf's points.
     fn weights(&self, split: SplitKind, at: Place, count: usize) -> PointWeights {
         let total = |leaf_turn: u8| (at.turn + leaf_turn) % corners(split) as u8;

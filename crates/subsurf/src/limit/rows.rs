@@ -58,6 +58,21 @@ impl Rows {
         (&self.column[range.clone()], &self.weight[range])
     }
 
+    /// The weights of all rows, one after the other.
+    pub fn weights(&self) -> &[f64] {
+        &self.weight
+    }
+
+    /// The same rows with other weights.
+    pub fn with_weights(&self, weight: Vec<f64>) -> Self {
+        Self { offset: self.offset.clone(), column: self.column.clone(), weight, columns: self.columns }
+    }
+
+    /// True where the rows of both are over the same points.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.offset == other.offset && self.column == other.column
+    }
+
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         self.column[range.clone()].iter().copied().zip(self.weight[range].iter().copied())

@@ -15,7 +15,7 @@
 //! 4 + (2 n₀ - 5) + … + (2 n₃ - 5) points. Where the mesh is so small that some of them are the same vertex, the ring is
 //! another one, and takes a walk.
 
-use crate::index::{Face, HalfEdge};
+use crate::index::Face;
 use crate::topology::{FaceOf, Topology};
 
 /// Valences of a quad's corners, in order.
@@ -44,7 +44,12 @@ pub(super) fn read(t: &Topology, face: Face, start: usize, valences: Valences, o
             Reader { t, next, prev }.read(face, start, valences, out);
         }
         _ => {
-            let (next, prev) = (|h| t.next(HalfEdge(h)).0, |h| t.prev(HalfEdge(h)).0);
+            // All faces there are quads.
+            let turn = |h: u32, by: u32| {
+                let first = t.face.first_of_few(h);
+                first + ((h - first + by) & 3)
+            };
+            let (next, prev) = (|h| turn(h, 1), |h| turn(h, 3));
             Reader { t, next, prev }.read(face, start, valences, out);
         }
     }

@@ -1,117 +1,178 @@
 //! Catmull-Clark and bilinear refinement without topology below the control mesh: where the vertices of a level lie follows
-//! from half-edges of the control mesh (their children by arithmetic, after Dupuy, Vanhoey 2021), and so do their
-//! neighbours. Level follows level, each written once in its final order, the last one where it is wanted.
+//! from half-edges of the control mesh (their children by arithmetic, after Dupuy, Vanhoey 2021). Where all faces are
+//! quads, which they are below the first level, squares of them go down to the last level without any level between in memory.
 //!
 //! What lies inside a control face is a regular grid; what lies on a control edge is one with at most one sharp row; only
-//! control vertices have rules that depend on their surroundings. Threads share faces, not parts of one: a few faces at great
-//! depth occupy as few threads.
+//! control vertices, and centres of faces that are no quads, have rules that depend on their surroundings: these are refined first,
+//! each with its fan. Threads share faces, not parts of one: a few faces at great depth occupy as few threads.
 
+mod fans;
 mod first_step;
-mod grid;
-mod places;
+mod layout;
 mod rules;
-mod sides;
-mod step;
+mod squares;
 
-use super::numbering::Counts;
+use super::numbering::{Counts, Region, regions};
+use super::parts::write_by_faces;
+use super::uniform::zeroed;
 use crate::index::Vertex;
+use crate::kernel::{LANES, RowRule, SideRules};
 use crate::mask::is_linear;
 use crate::mesh::MeshError;
 use crate::real::Real;
 use crate::scheme::{Scheme, SplitKind};
 use crate::sharpness::decay;
 use crate::tags::Creasing;
-use crate::topology::{SharpnessColumn, Topology};
+use crate::topology::{FaceOf, SharpnessColumn, Topology};
+use fans::Fans;
 use first_step::FirstStep;
-use rules::RowGrid;
-use sides::Sides;
-use step::Step;
+use layout::Layout;
+use rules::{Creases, RowGrid, rounded};
+use squares::{Squares, flags};
+use std::ops::Range;
+
+/// Sixteen faces at this level take some hundred kilobytes. Deeper, more memory than the level itself has would be needed for fewer
+/// than [`FEW`] faces.
+const DEEP: u32 = 5;
+const FEW: usize = 4 * LANES;
 
 /// All steps to a level below a control mesh.
 pub(super) struct Direct {
-    first: FirstStep,
-    /// For the steps below the first.
-    sides: Option<Sides>,
-    deeper: Vec<Step>,
-    /// Vertices of level 1 and those below it.
-    counts: Vec<usize>,
+    first: Option<FirstStep>,
+    deeper: Option<Deeper>,
+    /// Vertices of level 1.
+    count: usize,
+}
+
+/// What all steps from a level on whose faces are quads need beside the topology.
+struct Deeper {
+    /// 0 where all control faces are quads, else 1.
+    start: u32,
+    depth: u32,
+    flags: Vec<u8>,
+    smooth: RowRule<f64>,
+    creases: Creases,
+    fans: Fans,
+    has_fans: bool,
+    regions: Vec<Region>,
+    quad: Layout,
+    /// Where some face is no quad.
+    corner: Option<Layout>,
 }
 
 impl Direct {
-    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh. `t` is as it was
-    /// afterwards.
+    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh, or where few faces go
+    /// very deep. `t` is as it was afterwards.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
     pub fn new(t: &mut Topology, scheme: Scheme, depth: u32) -> Result<Option<Self>, MeshError> {
-        if depth == 0 || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
+        let is_narrow = depth > DEEP && t.face_count() < FEW;
+        if depth == 0 || is_narrow || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
             return Ok(None);
         }
-        let mut counts = Counts::of(t);
-        let mut vertices = Vec::with_capacity(depth as usize);
-        for _ in 0..depth {
-            counts = counts.refined(SplitKind::Quads)?;
-            vertices.push(counts.vertices);
-        }
+        let count = Counts::of(t).refined(SplitKind::Quads)?.vertices;
         let special = special_vertices(t);
         let mut grids = [false, true].map(|is_boundary| RowGrid::new(t, scheme, is_boundary));
-        let first = FirstStep::new(t, scheme, &special, &mut grids[0]);
-        let sides = (depth > 1).then(|| Sides::new(t));
-        let mut deeper = Vec::with_capacity(depth as usize - 1);
-        let fades = [&t.edge_sharpness, &t.vertex_sharpness].iter().any(|column| column.distinct().next().is_some());
-        if let Some(sides) = sides.as_ref().filter(|_| !fades) {
-            deeper.extend((1..depth).map(|level| Step::new(t, sides, scheme, level, &special, &mut grids)));
-        } else if let Some(sides) = &sides {
-            let columns = [t.edge_sharpness.clone(), t.vertex_sharpness.clone()];
-            for level in 1..depth {
-                [t.edge_sharpness, t.vertex_sharpness] = [&t.edge_sharpness, &t.vertex_sharpness].map(decayed);
-                t.index_sharp_edges();
-                deeper.push(Step::new(t, sides, scheme, level, &special, &mut grids));
-            }
-            [t.edge_sharpness, t.vertex_sharpness] = columns;
-            t.index_sharp_edges();
-        }
-        Ok(Some(Self { first, sides, deeper, counts: vertices }))
+        let is_quads = matches!(t.face, FaceOf::Quads);
+        let first = (depth == 1 || !is_quads).then(|| FirstStep::new(t, scheme, &special, &mut grids[0]));
+        let deeper = (depth > 1).then(|| Deeper::new(t, scheme, u32::from(!is_quads)..depth, &special, grids));
+        Ok(Some(Self { first, deeper, count }))
     }
 
     /// The level's values from those of the control mesh.
     pub fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
         // One entry into the thread pool for all steps.
-        rayon::scope(|_| self.run(t, values, out));
-    }
-
-    fn run<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
-        let steps = self.deeper.len();
-        let between = if steps == 0 { 0 } else { self.counts[steps - 1] };
-        // Every other level before the last lies in the output meanwhile.
-        let mut between = vec![[T::default(); N]; between];
-        let (mut from, mut to) = (&mut between[..], out);
-        if steps.is_multiple_of(2) {
-            std::mem::swap(&mut from, &mut to);
-        }
-        self.first.refine(t, values, &mut from[..self.counts[0]]);
-        let Some(sides) = &self.sides else { return };
-        for (step, counts) in self.deeper.iter().zip(self.counts.windows(2)) {
-            step.refine(t, sides, &from[..counts[0]], &mut to[..counts[1]]);
-            std::mem::swap(&mut from, &mut to);
-        }
+        rayon::scope(|_| match (&self.first, &self.deeper) {
+            (None, None) => {}
+            (Some(first), None) => first.refine(t, values, out),
+            (None, Some(deeper)) => deeper.refine(t, values, values, out),
+            (Some(first), Some(deeper)) => {
+                let mut level = zeroed(self.count);
+                first.refine(t, values, &mut level);
+                deeper.refine(t, values, &level, out);
+            }
+        });
     }
 
     /// Vertices and edges with rules of their own, in all steps together.
     pub fn special(&self) -> usize {
-        self.first.special() + self.deeper.iter().map(Step::special).sum::<usize>()
+        self.first.as_ref().map_or(0, FirstStep::special)
+            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.special())
     }
 
     /// Heap memory in bytes of what grows with the control mesh.
     pub fn mesh_bytes(&self) -> usize {
-        self.first.bytes()
-            + self.sides.as_ref().map_or(0, Sides::bytes)
-            + self.deeper.iter().map(Step::mesh_bytes).sum::<usize>()
+        self.first.as_ref().map_or(0, FirstStep::bytes)
+            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.bytes() + deeper.flags.len())
     }
 
     /// And of what grows with the depth.
     pub fn step_bytes(&self) -> usize {
-        self.deeper.iter().map(Step::bytes).sum()
+        self.deeper.as_ref().map_or(0, |deeper| {
+            let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
+            layouts.into_iter().flatten().map(Layout::bytes).sum::<usize>() + deeper.creases.bytes()
+        })
+    }
+}
+
+impl Deeper {
+    fn new(t: &mut Topology, scheme: Scheme, levels: Range<u32>, special: &[u32], mut grids: [RowGrid; 2]) -> Self {
+        let Range { start, end: depth } = levels;
+        let levels = start as usize..depth as usize;
+        let smooth = grids[0].rule(0.0);
+        let creases = Creases::new(t, scheme, levels.clone(), &mut grids);
+        let has_fans = !is_linear(t, scheme);
+        let mut fans = Fans::default();
+        if has_fans {
+            fans = Fans::new(t, &creases, levels);
+            let fades =
+                [&t.edge_sharpness, &t.vertex_sharpness].iter().any(|column| column.distinct().next().is_some());
+            let columns = fades.then(|| [t.edge_sharpness.clone(), t.vertex_sharpness.clone()]);
+            for level in 0..depth {
+                if fades && level > 0 {
+                    [t.edge_sharpness, t.vertex_sharpness] = [&t.edge_sharpness, &t.vertex_sharpness].map(decayed);
+                    t.index_sharp_edges();
+                }
+                if level >= start {
+                    fans.add_rows(t, scheme, special);
+                }
+            }
+            if let Some(columns) = columns {
+                [t.edge_sharpness, t.vertex_sharpness] = columns;
+                t.index_sharp_edges();
+            }
+        }
+        let flags = flags(t, &fans, !has_fans);
+        let regions = regions(Counts::of(t), SplitKind::Quads, depth);
+        let has_others = !matches!(t.face, FaceOf::Quads);
+        let (quad, corner) = (Layout::quad(&regions, depth), has_others.then(|| Layout::corner(&regions, depth)));
+        Self { start, depth, flags, smooth, creases, fans, has_fans, regions, quad, corner }
+    }
+
+    /// The last level from the one where this starts; `values` are those of the control mesh.
+    fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], level: &[[T; N]], out: &mut [[T; N]]) {
+        let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, level));
+        write_by_faces(t, &self.regions, values, out, || Squares::new(self, t, level, fans.as_ref()));
+        if let Some(fans) = &fans {
+            self.fans.write(fans, out);
+        }
+    }
+
+    /// The rules along one side of sixteen squares, of these kinds.
+    #[inline(always)]
+    fn side_rules<T: Real>(&self, level: usize, kinds: &[u32; LANES]) -> SideRules<T> {
+        let RowRule { edge, vertex } = rounded::<T>(&self.smooth);
+        let mut out = SideRules {
+            edge: [[edge[0]; LANES], [edge[1]; LANES]],
+            vertex: [[vertex[0]; LANES], [vertex[1]; LANES], [vertex[2]; LANES], [vertex[3]; LANES]],
+        };
+        for (lane, &kind) in kinds.iter().enumerate().filter(|(_, kind)| **kind != 0) {
+            let RowRule { edge, vertex } = rounded::<T>(self.creases.rule(level, kind));
+            (0..2).for_each(|i| out.edge[i][lane] = edge[i]);
+            (0..4).for_each(|i| out.vertex[i][lane] = vertex[i]);
+        }
+        out
     }
 }
 

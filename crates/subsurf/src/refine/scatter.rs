@@ -3,6 +3,7 @@
 
 use super::face_rings::PLAIN;
 use super::numbering::{Owner, Region};
+use super::parts::{Task, Writer, write_by_faces};
 use super::split::runs_forward;
 use super::tile::Tile;
 use super::uniform::Sources;
@@ -10,90 +11,20 @@ use super::values::{Filler, PADDING};
 use crate::index::Face;
 use crate::kernel::vectorized;
 use crate::real::Real;
-use rayon::prelude::*;
 use std::ops::Range;
-
-/// Control faces of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
-const CHUNK: usize = 256;
-
-/// Values of the vertices that some faces own.
-struct Task<'a, T, const N: usize> {
-    faces: Range<usize>,
-    /// The first of the edges that these faces own, in the order of owners.
-    first_edge: usize,
-    /// By region of faces, half-edges or edges: the part that belongs to these faces.
-    parts: Vec<&'a mut [[T; N]]>,
-    /// Where edges are not numbered in the order of their owners: their values, edge by edge.
-    edges: &'a mut [[T; N]],
-}
 
 /// All values of the level.
 pub(super) fn refine<T: Real, const N: usize>(sources: &Sources<'_, T>, values: &[[T; N]], out: &mut [[T; N]]) {
-    let t = sources.control;
-    let regions = &sources.numbering.regions;
-    let owners = &t.edge_half_edge;
-    let sorted = (!owners.is_sorted()).then(|| {
-        let mut sorted: Vec<(u32, u32)> = owners.iter().zip(0..).map(|(&h, e)| (h, e)).collect();
-        sorted.par_sort_unstable();
-        sorted
-    });
-    let owned_before = |h: u32| match &sorted {
-        None => owners.partition_point(|&owner| owner < h),
-        Some(sorted) => sorted.partition_point(|&(owner, _)| owner < h),
-    };
-    let per_edge = (1 << sources.trees.tiers.len()) - 1;
-    let mut edge_values = vec![[T::default(); N]; if sorted.is_some() { per_edge * t.edge_count() } else { 0 }];
+    let (t, regions) = (sources.control, &sources.numbering.regions);
+    write_by_faces(t, regions, values, out, || Worker::new(sources, values));
+}
 
-    // Cut the output into regions, and these into the parts of tasks.
-    let (vertices, mut rest) = out.split_at_mut(t.vertex_count());
-    vertices.copy_from_slice(values);
-    let mut edge_rest = &mut edge_values[..];
-    let mut edge_regions = Vec::new();
-    let mut tasks: Vec<Task<'_, T, N>> = Vec::with_capacity(t.face_count().div_ceil(CHUNK));
-    let mut edge = 0;
-    for start in (0..t.face_count()).step_by(CHUNK) {
-        let faces = start..(start + CHUNK).min(t.face_count());
-        let end = owned_before(t.face_offset[faces.end]);
-        let own = if sorted.is_some() { per_edge * (end - edge) } else { 0 };
-        let (edges, tail) = edge_rest.split_at_mut(own);
-        edge_rest = tail;
-        tasks.push(Task { faces, first_edge: edge, parts: Vec::with_capacity(regions.len()), edges });
-        edge = end;
-    }
-    let ends: Vec<usize> = tasks.iter().skip(1).map(|task| task.first_edge).chain([edge]).collect();
-    for region in &regions[1..] {
-        if region.owner == Owner::Edges && sorted.is_some() {
-            let (part, tail) = rest.split_at_mut(region.each * t.edge_count());
-            rest = tail;
-            edge_regions.push(part);
-        }
-        for (task, &edge_end) in tasks.iter_mut().zip(&ends) {
-            let count = match region.owner {
-                Owner::Faces => task.faces.len(),
-                Owner::HalfEdges => (t.face_offset[task.faces.end] - t.face_offset[task.faces.start]) as usize,
-                Owner::Edges if sorted.is_none() => edge_end - task.first_edge,
-                Owner::Edges | Owner::Vertices => 0,
-            };
-            let (part, tail) = rest.split_at_mut(region.each * count);
-            rest = tail;
-            task.parts.push(part);
-        }
-    }
-
-    let corners: Vec<Vec<(u32, [T; N])>> =
-        tasks.into_par_iter().map_init(|| Worker::new(sources, values), Worker::run).collect();
-    corners.iter().flatten().for_each(|&(v, value)| vertices[v as usize] = value);
-    if let Some(sorted) = sorted {
-        let mut rank = vec![0u32; sorted.len()];
-        sorted.iter().zip(0..).for_each(|(&(_, e), at)| rank[e as usize] = at);
-        let mut skip = 0;
-        for region in edge_regions {
-            let each = region.len() / t.edge_count();
-            region.par_chunks_mut(each).zip(&rank).with_min_len(CHUNK).for_each(|(part, &rank)| {
-                part.copy_from_slice(&edge_values[per_edge * rank as usize + skip..][..each]);
-            });
-            skip += each;
-        }
+impl<T: Real, const N: usize> Writer<T, N> for Worker<'_, T, N> {
+    fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
+        vectorized(
+            #[inline(always)]
+            || self.write_all(task),
+        )
     }
 }
 
@@ -140,16 +71,8 @@ impl<'a, T: Real, const N: usize> Worker<'a, T, N> {
         }
     }
 
-    /// Writes a task's parts; returns the values of the control vertices that its faces own.
-    fn run(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
-        vectorized(
-            #[inline(always)]
-            || self.write(task),
-        )
-    }
-
     #[inline(always)]
-    fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
+    fn write_all(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
         let Sources { control: t, numbering, .. } = *self.sources;
         let Task { faces, first_edge, mut parts, edges } = task;
         let first_half_edge = t.face_offset[faces.start];

@@ -167,7 +167,12 @@ impl UniformRefinement {
     pub fn face_offsets(&self) -> Vec<u32> {
         match self.sides() {
             None => self.control.face_offsets().to_vec(),
-            Some(sides) => (0..=self.counts.faces as u32).into_par_iter().map(|f| f * sides as u32).collect(),
+            Some(sides) => {
+                let mut out = subsurf_memory::with_capacity(self.counts.faces + 1);
+                let faces = (0..self.counts.faces as u32 + 1).into_par_iter();
+                faces.map(|f| f * sides as u32).collect_into_vec(&mut out);
+                out
+            }
         }
     }
 
@@ -186,7 +191,7 @@ impl UniformRefinement {
 
     /// The vertices of all faces of the level, face after face, counter-clockwise.
     pub fn corners(&self) -> Vec<u32> {
-        let mut out = vec![0; self.counts.half_edges];
+        let mut out = subsurf_memory::zeroed(self.counts.half_edges);
         self.corners_into(&mut out);
         out
     }
@@ -211,7 +216,7 @@ impl UniformRefinement {
         if let Method::Levels(levels) = &self.method {
             return refine_by_levels(levels, values, self.control.vertex_count());
         }
-        let mut out = vec![[T::default(); N]; self.counts.vertices];
+        let mut out = zeroed(self.counts.vertices);
         self.refine_into(values, &mut out);
         out
     }
@@ -295,6 +300,13 @@ pub(super) struct Sources<'a, T> {
     pub trees: &'a TileTrees,
     pub maps: &'a Maps<T>,
     pub numbering: &'a Numbering,
+}
+
+/// Room for values, in huge pages where the system has them.
+pub(super) fn zeroed<T: Real, const N: usize>(count: usize) -> Vec<[T; N]> {
+    let mut out = vec![[T::default(); N]; count];
+    subsurf_memory::advise(&mut out);
+    out
 }
 
 fn refine_by_levels<T: Real, const N: usize>(levels: &[Level], values: &[[T; N]], count: usize) -> Vec<[T; N]> {

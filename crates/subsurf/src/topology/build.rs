@@ -14,8 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
-    let face_offset = mesh.face_offsets().to_vec();
-    let origin: Vec<u32> = mesh.corners().par_iter().with_min_len(SHARE).copied().collect();
+    let face_offset = copied(mesh.face_offsets());
+    let origin = copied(mesh.corners());
     let vertex_count = mesh.vertex_count();
     let face = FaceOf::new(&face_offset);
     let list = FaceList { vertex_count, face_offset: &face_offset, origin: &origin, face: &face };
@@ -34,6 +34,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         vertex_sharpness.set(c.vertex as usize, clamp_sharpness(c.sharpness));
     }
     let mut hole = vec![false; mesh.face_count()];
+    subsurf_memory::advise(&mut hole);
     for &f in &mesh.tags().holes {
         hole[f as usize] = true;
     }
@@ -88,7 +89,28 @@ pub(super) fn lead_fans(origin: &[u32], twin: &[u32], lead: &mut [u32]) {
 }
 
 /// Elements that a thread takes at a time.
-const SHARE: usize = 1 << 14;
+pub(super) const SHARE: usize = 1 << 14;
+
+/// A copy in large pages.
+fn copied(numbers: &[u32]) -> Vec<u32> {
+    let mut out = subsurf_memory::with_capacity(numbers.len());
+    numbers.par_iter().with_min_len(SHARE).copied().collect_into_vec(&mut out);
+    out
+}
+
+/// As many equal values, in large pages.
+pub(super) fn filled<T: Clone>(len: usize, value: T) -> Vec<T> {
+    let mut out = subsurf_memory::with_capacity(len);
+    out.resize(len, value);
+    out
+}
+
+/// As many numbers that threads may write to.
+pub(super) fn shared(len: usize, value: u32) -> Vec<AtomicU32> {
+    let mut out = subsurf_memory::with_capacity(len);
+    (0..len).into_par_iter().with_min_len(SHARE).map(|_| AtomicU32::new(value)).collect_into_vec(&mut out);
+    out
+}
 
 /// Edges numbered by first appearance.
 struct Edges {
@@ -121,10 +143,11 @@ impl Edges {
         if count > MAX_COUNT {
             return Err(MeshError::TooLarge { what: "edges", count, limit: MAX_COUNT });
         }
-        let of_half_edge: Vec<AtomicU32> =
-            (0..twin.len()).into_par_iter().with_min_len(SHARE).map(|_| AtomicU32::new(0)).collect();
-        let (mut vertices, mut half_edge) = (vec![[0; 2]; count], vec![0; count]);
-        let mut flags = vec![EdgeFlags::default(); count];
+        let of_half_edge = shared(twin.len(), 0);
+        // Memory that comes zeroed is not written twice.
+        let (mut vertices, mut half_edge) = (vec![[0; 2]; count], subsurf_memory::zeroed(count));
+        subsurf_memory::advise(&mut vertices);
+        let mut flags = filled(count, EdgeFlags::default());
         let mut tasks = Vec::with_capacity(pieces);
         let (mut v, mut h, mut f) = (&mut vertices[..], &mut half_edge[..], &mut flags[..]);
         let mut first = 0u32;
@@ -183,7 +206,8 @@ impl Topology {
     /// Sharpens what the rules make sharp, and turns faces into holes.
     fn apply_tags(&mut self, tags: &Tags, open: &[u32]) {
         let vertices = || (0..self.vertex_count as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
-        let mut faces: Vec<u32> = vertices().map(|v| self.fan_faces(v)).collect();
+        let mut faces = subsurf_memory::with_capacity(self.vertex_count);
+        vertices().map(|v| self.fan_faces(v)).collect_into_vec(&mut faces);
         // Where fans leave no corner out, they hold all faces of every vertex.
         let in_fans = faces.par_iter().with_min_len(SHARE).map(|&n| n as usize).sum::<usize>();
         let all = if in_fans == self.origin.len() { None } else { Some(self.faces_per_vertex()) };

@@ -106,6 +106,16 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
+    /// The key with a number from `place` for every sharpness in it.
+    pub fn outline(&self, mut place: impl FnMut(f64) -> u32) -> Vec<u32> {
+        let mut key = self.key.clone();
+        for at in self.sharpness.iter().map(|&at| at as usize) {
+            let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
+            key[at..at + 2].copy_from_slice(&[place(s), 0]);
+        }
+        key
+    }
+
     /// Makes the key that of the same surroundings lowered by `raise`. All finite sharpness there and here is above 0.
     pub fn lower(&mut self, raise: i8) {
         let by = raise - std::mem::replace(&mut self.raise, raise);

@@ -5,6 +5,7 @@
 //! that name none of those are skipped. So there is nothing to sort and nothing to lock, and the result does not depend on
 //! the number of threads.
 
+use super::build::{filled, shared};
 use super::{FaceOf, NONE};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -110,8 +111,8 @@ const LONGEST: usize = 24;
 impl Share {
     fn new(list: FaceList<'_>, vertices: Range<u32>, spans: &[[u32; 2]], twin: &[AtomicU32]) -> Self {
         let mut share = Self {
-            ends: vec![End { head: NONE, outgoing: NONE }; vertices.len()],
-            edges: Vec::with_capacity(2 * vertices.len() + vertices.len() / 8),
+            ends: filled(vertices.len(), End { head: NONE, outgoing: NONE }),
+            edges: subsurf_memory::with_capacity(2 * vertices.len() + vertices.len() / 8),
             crowded: HashMap::new(),
             unusual: BTreeMap::new(),
             followers: Vec::new(),
@@ -243,14 +244,13 @@ impl Matching {
             let span = |faces| list.origin[corners(faces)].iter().fold([NONE, 0], |[a, b], &v| [a.min(v), b.max(v)]);
             list.pieces().map(span).collect()
         };
-        let twin: Vec<AtomicU32> =
-            (0..half_edges).into_par_iter().with_min_len(FEW).map(|_| AtomicU32::new(NONE)).collect();
+        let twin = shared(half_edges, NONE);
         let bound = |k: usize| (k * list.vertex_count / threads) as u32;
         let mut shares: Vec<Share> =
             (0..threads).into_par_iter().map(|k| Share::new(list, bound(k)..bound(k + 1), &spans, &twin)).collect();
         let mut out = Self {
             twin: twin.into_iter().map(AtomicU32::into_inner).collect(),
-            first_outgoing: Vec::with_capacity(list.vertex_count),
+            first_outgoing: subsurf_memory::with_capacity(list.vertex_count),
             followers: Vec::new(),
             non_manifold: Vec::new(),
             shares: Vec::new(),

@@ -45,6 +45,11 @@ impl Lowest {
         Self(sharpness.filter(|&s| is_semi_sharp(s)).reduce(f64::min))
     }
 
+    /// True where there is one.
+    pub fn is_finite(self) -> bool {
+        self.0.is_some()
+    }
+
     /// See [`excess`].
     pub fn excess(self) -> u8 {
         self.0.map_or(0, |s| s.ceil() as u8 - 1)

@@ -20,7 +20,7 @@ const RARE: u8 = u8::MAX;
 impl SharpnessColumn {
     /// `len` smooth elements.
     pub fn smooth(len: usize) -> Self {
-        Self { code: vec![0; len], values: vec![0.0, INFINITE_SHARPNESS], rare: BTreeMap::new() }
+        Self { code: subsurf_memory::zeroed(len), values: vec![0.0, INFINITE_SHARPNESS], rare: BTreeMap::new() }
     }
 
     pub fn len(&self) -> usize {

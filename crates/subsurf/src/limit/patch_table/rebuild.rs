@@ -1,7 +1,7 @@
 //! Patches made anew after an edit, the rest of the table left as it is.
 
 use super::super::plan_key::canonical_corner;
-use super::{Known, PatchTable};
+use super::{Known, PatchTable, in_order};
 use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
@@ -68,7 +68,8 @@ impl PatchTable {
             }
         }
         let before = self.plans.node_count();
-        self.plans.add(&self.topology, &starts, self.scheme, &self.specials, &mut known.nodes);
+        let keys = in_order(&known.plans, self.plans.len());
+        self.plans.add(&self.topology, &starts, &keys, self.scheme, &self.specials, &mut known.nodes);
         Ok(self.plans.node_count() - before)
     }
 }

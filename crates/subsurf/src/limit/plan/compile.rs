@@ -1,12 +1,15 @@
 //! Compiles plans: refines the surroundings of faces until a known patch covers each part, generation by generation, so
 //! that surroundings that were met before are not compiled again.
 
+mod alike;
+
 use super::super::linear_boundary::{LinearEnds, has_side};
 use super::super::plan_key::{Key, Keys, canonical_corner_lowered};
-use super::fan::{CornerFan, has_fans};
+use super::fan::{CornerFan, has_fans, may_have_fans};
 use super::fan_mesh::FanMeshes;
 use super::refined_points::RefinedPoints;
 use super::sub_patches::SubPatches;
+use super::template::{self, Outline, Part};
 use super::{Body, Child, Leaf, Link, Node, Plans, Points, SpecialVertices, Split};
 use crate::index::{Face, HalfEdge};
 use crate::limit::patch_table::Start;
@@ -27,12 +30,13 @@ impl Plans {
         Self { split: scheme.split(), nodes: Vec::new(), plans: Vec::new(), parts: SubPatches::new() }
     }
 
-    /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at. `numbers` are
-    /// those of the nodes that are there already.
+    /// Adds the plans of the faces at `places` of `mesh`, each a face with the corner that its walk starts at; `keys` are what the
+    /// walks list. `numbers` are those of the nodes that are there already.
     pub(in crate::limit) fn add(
         &mut self,
         mesh: &Topology,
         places: &[Start],
+        keys: &[&[u32]],
         scheme: Scheme,
         specials: &SpecialVertices,
         numbers: &mut Numbers,
@@ -40,11 +44,19 @@ impl Plans {
         let known = &numbers.known;
         let starts: Vec<MadeLink> = places
             .par_iter()
-            .map_init(Walked::default, |around, &(face, corner)| {
-                let raise = Lowest::of(mesh, Face(face)).raise();
-                let place = Place { face: Face(face), start: corner, raise: raise as i8 };
+            .zip(keys)
+            .map_init(Walked::default, |around, (&(face, corner), key)| {
+                let lowest = Lowest::of(mesh, Face(face));
+                let place = Place { face: Face(face), start: corner, raise: lowest.raise() as i8 };
+                if !lowest.is_finite() {
+                    // Nothing to be lowered.
+                    return link(key, Some(place), 0, known);
+                }
                 around.go(mesh, place);
-                link(&around.list.key, Some(place), raise, known)
+                let link = link(&around.list.key, Some(place), lowest.raise(), known);
+                let is_new = matches!(link.node, MadeNode::New(_));
+                let outline = (is_new && may_have_fans(mesh, scheme)).then(|| around.outline()).flatten();
+                MadeLink { outline, ..link }
             })
             .collect();
         numbers.known.reserve(4 * starts.len());
@@ -57,8 +69,7 @@ impl Plans {
             }
             let known = &numbers.known;
             let compiler = Compiler { mesh, fan_meshes: &numbers.fan_meshes, scheme, specials };
-            let made: Vec<Made> =
-                open.par_iter().map_init(Scratch::default, |s, open| compiler.node(open, known, s)).collect();
+            let made = compiler.nodes(&open, known);
             // Nodes lie in the order in which their keys got their numbers.
             for Made { ring, body } in made {
                 let body = match body {
@@ -92,9 +103,17 @@ struct Place {
 /// A node that is to be made.
 enum Open {
     /// Of a face of the mesh, or of the level below a cut-out.
-    Face { parent: Option<Arc<Parent>>, place: Place },
+    Face { parent: Option<Arc<Parent>>, place: Place, outline: Option<Outline> },
     /// Of a fan.
-    Fan(CornerFan),
+    Fan(CornerFan, Option<Outline>),
+}
+
+impl Open {
+    fn outline(&self) -> Option<&Outline> {
+        match self {
+            Self::Face { outline, .. } | Self::Fan(_, outline) => outline.as_ref(),
+        }
+    }
 }
 
 /// A cut-out, and the half-edges of the level below.
@@ -110,6 +129,8 @@ struct MadeLink {
     /// What remains of the raise at the node.
     raise: u8,
     node: MadeNode,
+    /// Of a new node of a face of the mesh with finite sharpness.
+    outline: Option<Outline>,
 }
 
 enum MadeNode {
@@ -128,7 +149,7 @@ pub(in crate::limit) struct Numbers {
 }
 
 impl Numbers {
-    fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
+    fn link(&mut self, MadeLink { place, raise, node, outline }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
         let next = self.known.len() as u32;
         let node = match node {
             MadeNode::Known(node) => node,
@@ -136,8 +157,12 @@ impl Numbers {
                 Entry::Occupied(node) => *node.get(),
                 Entry::Vacant(empty) => {
                     self.open.push(match place {
-                        Some(place) => Open::Face { parent: parent.cloned(), place },
-                        None => Open::Fan(CornerFan::of_key(empty.key()).expect("a fan's key")),
+                        Some(place) => Open::Face { parent: parent.cloned(), place, outline },
+                        None => {
+                            let fan = CornerFan::of_key(empty.key()).expect("a fan's key");
+                            let outline = fan.lowest().is_finite().then(|| fan.outline());
+                            Open::Fan(fan, outline)
+                        }
                     });
                     *empty.insert(next)
                 }
@@ -188,6 +213,7 @@ struct Scratch {
     half_edges: NextHalfEdges,
     fan: CornerFan,
     list: Vec<u32>,
+    key: Vec<u32>,
 }
 
 /// A walk, and the surroundings that it met.
@@ -206,12 +232,19 @@ impl Walked {
         self.go(t, place);
         cutter.cut_out(t, &self.list, &self.walk);
     }
+
+    /// The outline of the last walk's key, where there is finite sharpness.
+    fn outline(&self) -> Option<Outline> {
+        let mut values = Vec::new();
+        let key = self.list.outline(|s| template::place(s, &mut values));
+        (!values.is_empty()).then(|| Outline { key: key.into(), values: values.into() })
+    }
 }
 
 /// What nodes are made from.
 pub(super) struct Compiler<'a> {
-    mesh: &'a Topology,
-    fan_meshes: &'a FanMeshes,
+    pub mesh: &'a Topology,
+    pub fan_meshes: &'a FanMeshes,
     pub scheme: Scheme,
     pub specials: &'a SpecialVertices,
 }
@@ -220,8 +253,12 @@ impl Compiler<'_> {
     fn node(&self, open: &Open, known: &Keys, scratch: &mut Scratch) -> Made {
         let split = self.scheme.split();
         let (parent, place) = match open {
-            Open::Fan(fan) => return self.fan_mesh(fan, known, scratch),
-            Open::Face { parent, place } => (parent, *place),
+            Open::Fan(fan, _) => {
+                let Scratch { points, fan: below, list, .. } = scratch;
+                let child = |below: &CornerFan, c, ring| fan_child(below, fan.lowest(), c, ring, known, list);
+                return made(self.fan_mesh(fan, points, below, child));
+            }
+            Open::Face { parent, place, .. } => (parent, *place),
         };
         let Scratch { around, cutter, .. } = scratch;
         match parent {
@@ -238,7 +275,12 @@ impl Compiler<'_> {
             return Made { ring, body: MadeBody::Leaf(leaf) };
         }
         if has_fans(t, &own, self.scheme) {
-            return Made { ring, body: self.split_into_fans(&own, known, scratch) };
+            let Scratch { cutter, points, fan, list, key, .. } = scratch;
+            let t = cutter.cut();
+            let lowest = Lowest::of(t, t.face(own[0]));
+            let child = |below: &CornerFan, c, ring| fan_child(below, lowest, c, ring, known, key);
+            let (points, children) = self.split_into_fans(t, &own, points, fan, list, child);
+            return made((ring, Part::Split(points, children)));
         }
         Made { ring, body: self.split(is_patch, known, scratch) }
     }
@@ -271,7 +313,7 @@ impl Compiler<'_> {
             MadeChild { low, high, turn: turn as u8, ring }
         });
         let children: Vec<MadeChild> = children.collect();
-        let points = Points { shared: None, own: points.rows().clone() };
+        let points = Points { shared: None, own: Arc::new(points.rows().clone()) };
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
         let parent = if children.iter().any(MadeChild::is_new) {
             Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
@@ -282,45 +324,60 @@ impl Compiler<'_> {
         MadeBody::Split { parent, points, children, ends }
     }
 
-    /// The node of a fan.
-    fn fan_mesh(&self, fan: &CornerFan, known: &Keys, scratch: &mut Scratch) -> Made {
+    /// The node of a fan, and its number of points.
+    pub fn fan_mesh<C>(
+        &self,
+        fan: &CornerFan,
+        points: &mut RefinedPoints,
+        below: &mut CornerFan,
+        mut child: impl FnMut(&CornerFan, usize, Arc<[u32]>) -> C,
+    ) -> (usize, Part<C>) {
         self.fan_meshes.with(fan, |mesh| {
             let (t, own) = (&mesh.topology, &mesh.own);
-            let body = match self.leaf(t, own) {
-                Some(leaf) => MadeBody::Leaf(leaf),
+            let part = match self.leaf(t, own) {
+                Some(leaf) => Part::Leaf(leaf),
                 None => {
-                    let points = mesh.points(&mut scratch.points);
+                    let points = mesh.points(points);
                     let children = (0..4).map(|c| {
-                        scratch.fan.below(t, own[c], None);
-                        fan_child(&scratch.fan, fan.lowest(), c, mesh.ring(c), known, &mut scratch.list)
+                        below.below(t, own[c], None);
+                        child(below, c, mesh.ring(c))
                     });
-                    MadeBody::Split { parent: None, children: children.collect(), points, ends: None }
+                    Part::Split(points, children.collect())
                 }
             };
-            Made { ring: t.vertex_count(), body }
+            (t.vertex_count(), part)
         })
     }
 
     /// The step from a quad that was cut out to the fans at its corners.
-    fn split_into_fans(&self, own: &[HalfEdge], known: &Keys, scratch: &mut Scratch) -> MadeBody {
-        let Scratch { cutter, points, fan, list, .. } = scratch;
-        let t = cutter.cut();
+    fn split_into_fans<C>(
+        &self,
+        t: &Topology,
+        own: &[HalfEdge],
+        points: &mut RefinedPoints,
+        below: &mut CornerFan,
+        list: &mut Vec<u32>,
+        mut child: impl FnMut(&CornerFan, usize, Arc<[u32]>) -> C,
+    ) -> (Points, Vec<C>) {
         points.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
-        let lowest = Lowest::of(t, t.face(own[0]));
         let children = own.iter().enumerate().map(|(c, &h)| {
             list.clear();
-            fan.below(t, h, Some(list));
+            below.below(t, h, Some(list));
             let ring = list.iter().map(|&v| points.row(t, self.scheme, v)).collect();
-            fan_child(fan, lowest, c, ring, known, list)
+            child(below, c, ring)
         });
         let children = children.collect();
-        MadeBody::Split {
-            parent: None,
-            children,
-            points: Points { shared: None, own: points.rows().clone() },
-            ends: None,
-        }
+        (Points { shared: None, own: Arc::new(points.rows().clone()) }, children)
     }
+}
+
+/// A node that is a leaf, or whose children are fans.
+fn made((ring, part): (usize, Part<MadeChild>)) -> Made {
+    let body = match part {
+        Part::Leaf(leaf) => MadeBody::Leaf(leaf),
+        Part::Split(points, children) => MadeBody::Split { parent: None, points, children, ends: None },
+    };
+    Made { ring, body }
 }
 
 /// Child `c` of a quad, at whose corner `c` the fan `fan` lies; `lowest` is the lowest finite sharpness round the quad. See
@@ -349,5 +406,5 @@ fn link(key: &[u32], place: Option<Place>, raise: u8, known: &Keys) -> MadeLink 
         Some(&node) => MadeNode::Known(node),
         None => MadeNode::New(key.into()),
     };
-    MadeLink { place, raise, node }
+    MadeLink { place, raise, node, outline: None }
 }

@@ -17,6 +17,7 @@
 //!
 //! That holds under Catmull-Clark with uniform creasing round manifold vertices.
 
+use super::template::{Outline, place};
 use crate::index::{Face, HalfEdge};
 use crate::scheme::Scheme;
 use crate::sharpness::{decay, edge_half};
@@ -48,16 +49,20 @@ pub(super) struct FanShape {
 
 /// True if the children of the quad whose corners are at the origins of `own` are known by their fans.
 pub(super) fn has_fans(t: &Topology, own: &[HalfEdge], scheme: Scheme) -> bool {
-    scheme == Scheme::CatmullClark
+    may_have_fans(t, scheme)
         && own.len() == 4
-        && t.interpolation == Interpolation::Smooth
-        && t.rules().creasing == Creasing::Uniform
         && own.iter().all(|&h| {
             let v = t.origin(h);
             // A face that is its own neighbour all the way round has no fan to speak of.
             let is_alone = t.turn_left(h) == Some(h);
             !t.is_non_manifold_vertex(v) && t.foreign_sharpness(v).is_empty() && !is_alone
         })
+}
+
+/// True if quads of `t` are known by fans at all.
+pub(super) fn may_have_fans(t: &Topology, scheme: Scheme) -> bool {
+    let is_uniform = t.rules().creasing == Creasing::Uniform;
+    scheme == Scheme::CatmullClark && t.interpolation == Interpolation::Smooth && is_uniform
 }
 
 impl CornerFan {
@@ -128,6 +133,25 @@ impl CornerFan {
     /// The lowest finite sharpness.
     pub fn lowest(&self) -> Lowest {
         Lowest::among(self.spokes.iter().map(|spoke| spoke.1).chain([self.vertex]))
+    }
+
+    /// The key without the values of finite sharpness.
+    pub fn outline(&self) -> Outline {
+        let FanShape { is_closed, faces, own } = self.shape;
+        let mut values = Vec::with_capacity(2);
+        let mut key = Vec::with_capacity(5 + 2 * self.spokes.len());
+        key.extend([FAN, u32::from(is_closed), faces, own, place(self.vertex, &mut values)]);
+        for &(spoke, s) in &self.spokes {
+            key.extend([spoke, place(s, &mut values)]);
+        }
+        Outline { key: key.into(), values: values.into() }
+    }
+
+    /// The same fan with other values.
+    pub fn with_values(&self, from: &[f64], to: &[f64]) -> Self {
+        let change = |s: f64| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
+        let spokes = self.spokes.iter().map(|&(spoke, s)| (spoke, change(s))).collect();
+        Self { shape: self.shape, vertex: change(self.vertex), spokes }
     }
 
     /// The key, finite sharpness lowered by `raise`.

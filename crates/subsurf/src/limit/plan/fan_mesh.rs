@@ -93,7 +93,7 @@ impl FanMesh {
         let t = &self.topology;
         scratch.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
         self.varying.iter().for_each(|&v| _ = scratch.row(t, Scheme::CatmullClark, v));
-        Points { shared: Some(self.fixed.clone()), own: scratch.rows().clone() }
+        Points { shared: Some(self.fixed.clone()), own: Arc::new(scratch.rows().clone()) }
     }
 
     /// The ring of child `c` among the [`points`](Self::points).

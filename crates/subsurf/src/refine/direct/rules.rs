@@ -1,15 +1,17 @@
 //! The rules of one step by kinds: all vertices that a control edge carries follow one rule, which depends on the edge's
 //! sharpness alone. Its weights are read off the masks of a small grid with a crease through the middle.
 
-use crate::index::{Face, HalfEdge, Vertex};
+use crate::index::{Edge, Face, Vertex};
 use crate::kernel::RowRule;
 use crate::mask::{Mask, edge_mask, is_linear, vertex_mask};
 use crate::mesh::ControlMesh;
 use crate::real::Real;
 use crate::scheme::Scheme;
+use crate::sharpness::decay;
 use crate::tags::Tags;
-use crate::topology::{Interpolation, Topology};
+use crate::topology::{Interpolation, NONE, Topology};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A small grid with a row of two edges through its middle, or along its side, off which the rule of rows is read.
 pub(super) struct RowGrid {
@@ -56,49 +58,84 @@ pub(super) fn rounded<T: Real>(rule: &RowRule<f64>) -> RowRule<T> {
     RowRule { edge: rule.edge.map(T::from_f64), vertex: rule.vertex.map(T::from_f64) }
 }
 
-/// The rules of all sharp edges.
-#[derive(Default)]
-pub(super) struct SharpEdges {
-    rules: Vec<RowRule<f64>>,
-    /// Edges in ascending order, each with its rule.
-    edges: Vec<(u32, u32)>,
+/// The rules of rows by kind, which is given by their sharpness on the control mesh; kind 0 is smooth.
+pub(super) struct Creases {
+    /// By whether an edge is a boundary that is kept linear, and its sharpness.
+    kinds: BTreeMap<(bool, u64), u32>,
+    /// By code of sharpness, where that says it all.
+    by_code: Vec<u32>,
+    /// By level from `start` on, then by kind: the rule and whether it is the smooth one.
+    rules: Vec<Vec<(RowRule<f64>, bool)>>,
+    start: usize,
 }
 
-impl SharpEdges {
-    /// Of the edges of `t`; `grids` are those inside and at a boundary.
-    pub fn new(t: &Topology, scheme: Scheme, grids: &mut [RowGrid; 2]) -> Self {
-        let mut out = Self::default();
-        if is_linear(t, scheme) {
-            return out;
+impl Creases {
+    /// Of the edges of `t` at some levels; `grids` are those inside and at a boundary.
+    pub fn new(t: &Topology, scheme: Scheme, levels: Range<usize>, grids: &mut [RowGrid; 2]) -> Self {
+        let smooth = (grids[0].rule(0.0), true);
+        let mut out = Self { kinds: BTreeMap::new(), by_code: vec![NONE; 256], rules: Vec::new(), start: levels.start };
+        out.by_code[0] = 0;
+        let mut sharpness = vec![(false, 0.0)];
+        if !is_linear(t, scheme) {
+            for e in t.edge_sharpness.sharp() {
+                let (key, code) = (key(t, e), t.edge_sharpness.code(e));
+                if !key.0 && out.by_code[usize::from(code)] != NONE {
+                    continue;
+                }
+                let kind = *out.kinds.entry(key).or_insert_with(|| {
+                    sharpness.push((key.0, t.edge_sharpness.get(e)));
+                    sharpness.len() as u32 - 1
+                });
+                if t.interpolation != Interpolation::LinearBoundaries && code != u8::MAX {
+                    out.by_code[usize::from(code)] = kind;
+                }
+            }
         }
-        let mut known: BTreeMap<(bool, u64), u32> = BTreeMap::new();
-        for e in t.edge_sharpness.sharp() {
-            // One step sees of a sharpness only what is at most 1.
-            let s = t.edge_sharpness.get(e).min(1.0);
-            // Boundaries differ from other sharp edges only where they are kept linear.
-            let is_boundary = t.edge_flags[e].boundary && t.interpolation == Interpolation::LinearBoundaries;
-            let rule = *known.entry((is_boundary, s.to_bits())).or_insert_with(|| {
-                out.rules.push(grids[usize::from(is_boundary)].rule(s));
-                out.rules.len() as u32 - 1
-            });
-            out.edges.push((e as u32, rule));
+        let mut known = BTreeMap::new();
+        for level in 0..levels.end {
+            let rule = |(is_boundary, s): &mut (bool, f64)| {
+                // One step sees of a sharpness only what is at most 1.
+                let seen = s.min(1.0);
+                let rule = known.entry((*is_boundary, seen.to_bits()));
+                *s = decay(*s);
+                (*rule.or_insert_with(|| grids[usize::from(*is_boundary)].rule(seen)), seen == 0.0)
+            };
+            let rules: Vec<_> = [smooth].into_iter().chain(sharpness[1..].iter_mut().map(rule)).collect();
+            if level >= levels.start {
+                out.rules.push(rules);
+            }
         }
         out
     }
 
-    /// Those of a range of edges.
-    pub fn among(&self, edges: std::ops::Range<u32>) -> &[(u32, u32)] {
-        let at = |e: u32| self.edges.partition_point(|sharp| sharp.0 < e);
-        &self.edges[at(edges.start)..at(edges.end)]
+    #[inline(always)]
+    pub fn kind(&self, t: &Topology, e: Edge) -> u32 {
+        match self.by_code[usize::from(t.edge_sharpness.code(e.index()))] {
+            NONE => self.kinds[&key(t, e.index())],
+            kind => kind,
+        }
     }
 
-    pub fn rule<T: Real>(&self, rule: u32) -> RowRule<T> {
-        rounded(&self.rules[rule as usize])
+    /// The rule from level `level` to the next.
+    #[inline(always)]
+    pub fn rule(&self, level: usize, kind: u32) -> &RowRule<f64> {
+        &self.rules[level - self.start][kind as usize].0
+    }
+
+    #[inline(always)]
+    pub fn is_smooth(&self, level: usize, kind: u32) -> bool {
+        self.rules[level - self.start][kind as usize].1
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.rules[..]) + size_of_val(&self.edges[..])
+        4 * self.by_code.len() + self.rules.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
     }
+}
+
+/// Boundaries differ from other sharp edges only where they are kept linear.
+fn key(t: &Topology, e: usize) -> (bool, u64) {
+    let is_linear = t.interpolation == Interpolation::LinearBoundaries && t.edge_flags[e].boundary;
+    (is_linear, t.edge_sharpness.get(e).to_bits())
 }
 
 /// Sparse rows of weights, each for one vertex or edge with rules of its own, in ascending order.
@@ -117,8 +154,14 @@ impl Special {
         self.ends.push(self.terms.len() as u32);
     }
 
+    /// The same with a first term, whatever its weight.
+    pub fn push_from(&mut self, first: (u32, f64), owner: u32, terms: impl Iterator<Item = (u32, f64)>) {
+        self.terms.push(first);
+        self.push(owner, terms);
+    }
+
     /// Positions of the owners in a range.
-    pub fn among(&self, owners: std::ops::Range<u32>) -> std::ops::Range<usize> {
+    pub fn among(&self, owners: Range<u32>) -> Range<usize> {
         let at = |owner: u32| self.owners.partition_point(|&o| o < owner);
         at(owners.start)..at(owners.end)
     }
@@ -145,13 +188,6 @@ impl Special {
     pub fn bytes(&self) -> usize {
         4 * (self.owners.len() + self.ends.len()) + size_of_val(&self.terms[..])
     }
-}
-
-/// The half-edges that leave a smooth vertex, or one with faces all round, in the order in which masks list its faces.
-pub(super) fn fan(t: &Topology, v: Vertex) -> Vec<HalfEdge> {
-    let mut fan = Vec::new();
-    t.walk_fan(v, |h| fan.push(h));
-    fan
 }
 
 #[cfg(test)]

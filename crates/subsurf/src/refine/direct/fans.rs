@@ -1,0 +1,392 @@
+//! Vertices that are not regular, each with its fan, refined by itself: the vertex, the ends of its edges and
+//! the vertices across its faces follow from the same ones a level above. They are control vertices of any
+//! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all faces are quads.
+
+use super::rules::{Creases, Special, rounded};
+use crate::index::{Edge, HalfEdge, Vertex};
+use crate::kernel::vectorized;
+use crate::mask::{Mask, vertex_mask};
+use crate::real::Real;
+use crate::scheme::Scheme;
+use crate::scheme::catmull_clark::smooth_neighbour;
+use crate::topology::{FaceOf, NONE, Topology};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Fans of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
+const CHUNK: usize = 256;
+/// Faces of a fan that are searched one by one. Larger: long searches at poles; smaller: more in the map.
+const LISTED: usize = 16;
+
+/// A face of a fan.
+#[derive(Clone, Copy)]
+struct FanFace {
+    /// The half-edge at the face's corner: the vertex's, or where the vertex is a centre, the one across.
+    h: u32,
+    /// Its edges at the vertex among those of the fan, clockwise one first.
+    sides: [u32; 2],
+    /// The next edges beyond these, or [`NONE`].
+    beyond: [u32; 2],
+}
+
+/// Where the values of a fan are found that the lattice of a face lacks.
+#[derive(Clone, Copy)]
+pub(super) struct FanCorner {
+    pub fan: u32,
+    /// The ends of the edges next to the face's, clockwise and counter-clockwise, among the fan's edges, or [`NONE`].
+    pub beyond: [u32; 2],
+}
+
+/// All fans.
+#[derive(Default)]
+pub(super) struct Fans {
+    /// By control vertex one more than its fan, 0 for a regular one.
+    of_vertex: Vec<u32>,
+    /// Control vertices with fans, then control faces whose centres have them.
+    owners: Vec<u32>,
+    centres: usize,
+    /// By fan, and at last: its first edge and its first face.
+    starts: Vec<[u32; 2]>,
+    /// Control edges, and their kinds.
+    edges: Vec<[u32; 2]>,
+    faces: Vec<FanFace>,
+    /// Position of a face by half-edge, in fans with many.
+    positions: BTreeMap<u32, u32>,
+    /// By level from `start` on: rules of vertices that do not follow the smooth one. Terms are the vertex, the ends, the new face points.
+    rows: Vec<Special>,
+    /// By fan its rule among those of each level, or [`NONE`].
+    row_of: Vec<u32>,
+    start: usize,
+    depth: usize,
+}
+
+/// Values of fans at the levels between.
+pub(super) struct FanValues<T, const N: usize> {
+    /// By fan, then by level from the second on: the vertex and the ends of its edges.
+    kept: Vec<[T; N]>,
+    /// The vertices at the last level.
+    last: Vec<[T; N]>,
+}
+
+impl Fans {
+    /// Of a mesh whose rules are not linear, from one level to another.
+    pub fn new(t: &Topology, creases: &Creases, levels: Range<usize>) -> Self {
+        let of_vertex = vec![0; t.vertex_count()];
+        let (start, depth) = (levels.start, levels.end);
+        let mut out = Self { of_vertex, starts: vec![[0, 0]], start, depth, ..Self::default() };
+        let mut corners = vec![0u8; t.vertex_count()];
+        t.origin.iter().for_each(|&v| corners[v as usize] = corners[v as usize].saturating_add(1));
+        let is_special = |v: usize| {
+            corners[v] != 4
+                || t.sharp_offset[v] != t.sharp_offset[v + 1]
+                || t.vertex_sharpness.code(v) != 0
+                || t.vertex_non_manifold[v]
+        };
+        let mut apart = t.vertex_non_manifold.contains(&true).then(|| {
+            let mut apart: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+            let half_edges = t.origin.iter().zip(0..).filter(|(v, _)| t.vertex_non_manifold[**v as usize]);
+            half_edges.for_each(|(&v, h)| apart.entry(v).or_default().push(h));
+            apart
+        });
+        let kind = |e: u32| [e, creases.kind(t, Edge(e))];
+        let mut around = Vec::new();
+        for v in (0..t.vertex_count()).filter(|&v| corners[v] > 0 && is_special(v)) {
+            out.of_vertex[v] = out.owners.len() as u32 + 1;
+            around.clear();
+            if let Some(list) = apart.as_mut().and_then(|apart| apart.remove(&(v as u32))) {
+                out.add_sheets(t, &list, kind);
+            } else {
+                let is_closed = t.walk_fan(Vertex(v as u32), |h| around.push(h.0));
+                out.add_fan(t, &around, is_closed, kind);
+            }
+            out.close(v as u32);
+        }
+        out.centres = out.owners.len();
+        if !matches!(t.face, FaceOf::Quads) {
+            for (f, ends) in t.face_offset.windows(2).enumerate().filter(|(_, ends)| ends[1] - ends[0] != 4) {
+                let n = ends[1] - ends[0];
+                out.edges.extend((ends[0]..ends[1]).map(|h| kind(t.edge[h as usize])).map(|[e, _]| [e, 0]));
+                let turned = |k: u32, by: u32| (k + by) % n;
+                out.faces.extend((0..n).map(|k| FanFace {
+                    h: ends[0] + k,
+                    sides: [turned(k, n - 1), k],
+                    beyond: [turned(k, 2 * n - 2), turned(k, 1)],
+                }));
+                out.close(f as u32);
+            }
+        }
+        out
+    }
+
+    /// The fan of a vertex with one run of faces, counter-clockwise.
+    fn add_fan(&mut self, t: &Topology, around: &[u32], is_closed: bool, kind: impl Fn(u32) -> [u32; 2]) {
+        let n = around.len() as u32;
+        self.edges.extend(around.iter().map(|&h| kind(t.edge[h as usize])));
+        if !is_closed {
+            let last = t.prev(HalfEdge(around[around.len() - 1]));
+            self.edges.push(kind(t.edge(last).0));
+        }
+        for (i, &h) in (0..n).zip(around) {
+            let (sides, beyond) = match is_closed {
+                true => ([i, (i + 1) % n], [(i + n - 1) % n, (i + 2) % n]),
+                false => ([i, i + 1], [i.checked_sub(1).unwrap_or(NONE), if i + 2 > n { NONE } else { i + 2 }]),
+            };
+            self.faces.push(FanFace { h, sides, beyond });
+        }
+    }
+
+    /// The faces at any vertex, in no order; what lies across an edge without a twin is not asked for.
+    fn add_sheets(&mut self, t: &Topology, around: &[u32], kind: impl Fn(u32) -> [u32; 2]) {
+        let start = self.edges.len();
+        let sides = |h: u32| [HalfEdge(h), t.prev(HalfEdge(h))];
+        let mut edges: Vec<u32> = around.iter().flat_map(|&h| sides(h).map(|h| t.edge(h).0)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let at = |h: HalfEdge| edges.binary_search(&t.edge(h).0).map_or(NONE, |i| i as u32);
+        for &h in around {
+            let [out, back] = sides(h);
+            let beyond = [t.twin(out).map(|h| t.next(h)), t.twin(back).map(|h| t.prev(h))];
+            self.faces.push(FanFace { h, sides: [at(out), at(back)], beyond: beyond.map(|h| h.map_or(NONE, at)) });
+        }
+        self.edges.extend(edges.into_iter().map(kind));
+        debug_assert!(self.edges.len() > start);
+    }
+
+    /// Ends the list of a fan's edges and faces.
+    fn close(&mut self, owner: u32) {
+        let first = self.starts[self.owners.len()][1] as usize;
+        if self.faces.len() - first > LISTED && self.owners.len() >= self.centres {
+            let faces = self.faces[first..].iter().zip(0..);
+            self.positions.extend(faces.map(|(face, i)| (face.h, i)));
+        }
+        self.owners.push(owner);
+        self.starts.push([self.edges.len() as u32, self.faces.len() as u32]);
+    }
+
+    /// Adds the rules from the next level on, whose sharpness `t` has. `special` are the vertices that do not follow the smooth one.
+    pub fn add_rows(&mut self, t: &Topology, scheme: Scheme, special: &[u32]) {
+        let (mut rows, mut mask) = (Special::default(), Mask::default());
+        self.row_of.resize(self.owners.len(), NONE);
+        for &v in special {
+            // A vertex without a face stays where it is.
+            let Some(fan) = self.of_vertex[v as usize].checked_sub(1) else { continue };
+            vertex_mask(t, scheme, Vertex(v), &mut mask);
+            let [edges, _] = self.range(fan as usize);
+            let edges = &self.edges[edges];
+            let end = |e: u32| match e {
+                NONE => 0,
+                e => 1 + edges.iter().position(|edge| edge[0] == e).expect("an edge of the vertex") as u32,
+            };
+            let ends = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
+            let faces = mask.faces.iter().zip(1 + edges.len() as u32..).map(|(&(_, weight), id)| (id, weight));
+            self.row_of[fan as usize] = rows.owners.len() as u32;
+            // The vertex first: sums are relative to it.
+            rows.push_from((0, 0.0), fan, ends.filter(|term| term.0 > 0).chain(faces));
+        }
+        self.rows.push(rows);
+    }
+
+    fn range(&self, fan: usize) -> [Range<usize>; 2] {
+        let (start, end) = (self.starts[fan], self.starts[fan + 1]);
+        [start[0] as usize..end[0] as usize, start[1] as usize..end[1] as usize]
+    }
+
+    /// The fan of a control vertex that is not regular.
+    #[inline(always)]
+    pub fn of_vertex(&self, v: u32) -> Option<u32> {
+        self.of_vertex.get(v as usize).and_then(|fan| fan.checked_sub(1))
+    }
+
+    /// The fan of the centre of a face that is no quad.
+    pub fn of_centre(&self, f: u32) -> Option<u32> {
+        self.owners[self.centres..].binary_search(&f).ok().map(|i| (self.centres + i) as u32)
+    }
+
+    /// Where the face with a half-edge lies in a fan.
+    #[inline(always)]
+    pub fn corner(&self, fan: u32, h: u32) -> FanCorner {
+        let faces = &self.faces[self.starts[fan as usize][1] as usize..self.starts[fan as usize + 1][1] as usize];
+        let at = if fan as usize >= self.centres {
+            (h - faces[0].h) as usize
+        } else if faces.len() > LISTED {
+            self.positions[&h] as usize
+        } else {
+            faces.iter().position(|face| face.h == h).unwrap_or(0)
+        };
+        FanCorner { fan, beyond: faces[at].beyond }
+    }
+
+    /// Values of all fans, from those of the level where they start: 1, or 0 in a mesh of quads.
+    pub fn refine<T: Real, const N: usize>(
+        &self,
+        t: &Topology,
+        creases: &Creases,
+        level: &[[T; N]],
+    ) -> FanValues<T, N> {
+        let (fans, zero) = (self.owners.len(), [T::default(); N]);
+        let between = self.between();
+        let size = |fans: usize| (self.starts[fans][0] as usize + fans) * between;
+        let mut out = FanValues { kept: vec![zero; size(fans)], last: vec![zero; fans] };
+        let mut rest = &mut out.kept[..];
+        let mut tasks = Vec::new();
+        for (chunk, last) in out.last.chunks_mut(CHUNK).enumerate() {
+            let first = chunk * CHUNK;
+            let (part, tail) = rest.split_at_mut(size(first + last.len()) - size(first));
+            rest = tail;
+            tasks.push((first, part, last));
+        }
+        tasks.into_par_iter().for_each_init(Scratch::default, |scratch, (first, mut kept, last)| {
+            vectorized(
+                #[inline(always)]
+                || {
+                    for (last, fan) in last.iter_mut().zip(first..) {
+                        let (part, tail) = kept.split_at_mut(size(fan + 1) - size(fan));
+                        kept = tail;
+                        *last = self.refine_fan(t, creases, level, fan, scratch, part);
+                    }
+                },
+            );
+        });
+        out
+    }
+
+    /// One fan through all levels; returns the vertex at the last.
+    #[inline(always)]
+    fn refine_fan<T: Real, const N: usize>(
+        &self,
+        t: &Topology,
+        creases: &Creases,
+        level: &[[T; N]],
+        fan: usize,
+        scratch: &mut Scratch<T, N>,
+        mut kept: &mut [[T; N]],
+    ) -> [T; N] {
+        let [edges, faces] = self.range(fan);
+        let (edges, faces) = (&self.edges[edges], &self.faces[faces]);
+        let (first_centre, is_centre) = (t.vertex_count(), fan >= self.centres);
+        let first_edge = first_centre + t.face_count();
+        let quads = self.start == 0;
+        let smooth = rounded::<T>(creases.rule(self.start, 0)).edge;
+        let Scratch { ends, across, sums } = scratch;
+        let mut own = level[self.owners[fan] as usize + if is_centre { first_centre } else { 0 }];
+        ends.clear();
+        across.clear();
+        if quads {
+            ends.resize(edges.len(), own);
+            for face in faces {
+                let origin = |by: u32| level[t.origin[(face.h & !3 | (face.h + by) & 3) as usize] as usize];
+                [ends[face.sides[0] as usize], ends[face.sides[1] as usize]] = [origin(1), origin(3)];
+                across.push(origin(2));
+            }
+        } else {
+            ends.extend(edges.iter().map(|e| level[first_edge + e[0] as usize]));
+            let diagonal =
+                |h: u32| if is_centre { t.origin[h as usize] as usize } else { first_centre + t.face.get(h) as usize };
+            across.extend(faces.iter().map(|face| level[diagonal(face.h)]));
+        }
+        let (quarter, each) = (T::from_f64(0.25), T::from_f64(smooth_neighbour(edges.len().max(1), 1.0)));
+        for at in self.start..self.depth {
+            let is_last = at + 1 == self.depth;
+            // Face points, and their sums by edge and round the vertex, relative to it.
+            sums.clear();
+            sums.resize(edges.len(), [T::default(); N]);
+            let mut all = [T::default(); N];
+            for (face, across) in faces.iter().zip(&mut *across) {
+                let [a, b] = [face.sides[0] as usize, face.sides[1] as usize];
+                for c in 0..N {
+                    across[c] = quarter * ((own[c] + across[c]) + (ends[a][c] + ends[b][c]));
+                    let apart = across[c] - own[c];
+                    sums[a][c] = sums[a][c] + apart;
+                    sums[b][c] = sums[b][c] + apart;
+                    all[c] = all[c] + apart;
+                }
+            }
+            let next = if self.row_of[fan] != NONE {
+                let value = |id: u32| match id as usize {
+                    0 => own,
+                    id if id <= ends.len() => ends[id - 1],
+                    id => across[id - 1 - ends.len()],
+                };
+                self.rows[at - self.start].apply(self.row_of[fan] as usize, value)
+            } else {
+                let mut next = own;
+                ends.iter().for_each(|end| (0..N).for_each(|c| all[c] = all[c] + (end[c] - own[c])));
+                for c in 0..N {
+                    next[c] = own[c] + each * all[c];
+                }
+                next
+            };
+            if is_last {
+                return next;
+            }
+            for ((end, sum), edge) in ends.iter_mut().zip(&*sums).zip(edges) {
+                let [weight, centroid] =
+                    if edge[1] == 0 { smooth } else { rounded::<T>(creases.rule(at, edge[1])).edge };
+                for c in 0..N {
+                    end[c] = own[c] + (weight * (end[c] - own[c]) + centroid * sum[c]);
+                }
+            }
+            own = next;
+            let (part, tail) = kept.split_at_mut(1 + ends.len());
+            kept = tail;
+            part[0] = own;
+            part[1..].copy_from_slice(ends);
+        }
+        own
+    }
+
+    /// A fan's vertex and the ends of its edges at a level between the first and the last.
+    #[inline(always)]
+    pub fn kept<'a, T: Real, const N: usize>(
+        &self,
+        values: &'a FanValues<T, N>,
+        fan: u32,
+        level: usize,
+    ) -> &'a [[T; N]] {
+        let (start, end) = (self.starts[fan as usize][0] as usize, self.starts[fan as usize + 1][0] as usize);
+        let points = end - start + 1;
+        &values.kept[(start + fan as usize) * self.between() + (level - self.start - 1) * points..][..points]
+    }
+
+    /// Levels between the first and the last.
+    fn between(&self) -> usize {
+        (self.depth - self.start).saturating_sub(1)
+    }
+
+    /// The centre of a face that is no quad, at the last level.
+    pub fn centre<T: Real, const N: usize>(&self, values: &FanValues<T, N>, f: u32) -> Option<[T; N]> {
+        self.of_centre(f).map(|fan| values.last[fan as usize])
+    }
+
+    /// Puts control vertices where they belong.
+    pub fn write<T: Real, const N: usize>(&self, values: &FanValues<T, N>, out: &mut [[T; N]]) {
+        self.owners[..self.centres].iter().zip(&values.last).for_each(|(&v, &value)| out[v as usize] = value);
+    }
+
+    /// Vertices with rules of their own, summed over the levels.
+    pub fn special(&self) -> usize {
+        self.rows.iter().map(|rows| rows.owners.len()).sum()
+    }
+
+    pub fn bytes(&self) -> usize {
+        4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len())
+            + size_of_val(&self.starts[..])
+            + size_of_val(&self.edges[..])
+            + size_of_val(&self.faces[..])
+            + self.rows.iter().map(Special::bytes).sum::<usize>()
+    }
+}
+
+/// Memory that is used again and again: ends of edges, what lies across faces, sums by edge.
+struct Scratch<T, const N: usize> {
+    ends: Vec<[T; N]>,
+    across: Vec<[T; N]>,
+    sums: Vec<[T; N]>,
+}
+
+impl<T, const N: usize> Default for Scratch<T, N> {
+    fn default() -> Self {
+        Self { ends: Vec::new(), across: Vec::new(), sums: Vec::new() }
+    }
+}

@@ -1,0 +1,268 @@
+//! All levels of sixteen squares at once, one in each lane: their surroundings at the first level are read, refined
+//! in nearby memory down to the last level, and only that is written. What a square's surroundings do not tell about its
+//! corners, fans do.
+
+mod flags;
+mod read;
+mod write;
+
+pub(super) use flags::flags;
+
+use super::super::parts::{Task, Writer};
+use super::Deeper;
+use super::fans::{FanCorner, FanValues};
+use super::layout::Layout;
+use super::rules::rounded;
+use crate::index::{Edge, Face, HalfEdge};
+use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, vectorized};
+use crate::real::Real;
+use crate::topology::{NONE, Topology};
+use flags::{HAS_FAN, IS_SHARP, OWNS_EDGE, all_flags};
+use read::{CONTROL_QUAD, CORNER, QUAD, read, round_control_quad, round_corner, round_quad};
+use write::{Output, Place, write};
+
+/// One thread's memory.
+pub(super) struct Squares<'a, T, const N: usize> {
+    deeper: &'a Deeper,
+    t: &'a Topology,
+    /// Values of the level where squares start.
+    level: &'a [[T; N]],
+    fans: Option<&'a FanValues<T, N>>,
+    memory: Memory<T, N>,
+}
+
+struct Memory<T, const N: usize> {
+    /// Of the level and the one above, in turn.
+    lattices: [Vec<Sixteen<T, N>>; 2],
+    /// Points square by square: those read, and those of the last level.
+    turned: Vec<[T; N]>,
+    /// By point and component, for quads and corners.
+    rows: [Vec<u32>; 2],
+    /// Lanes and corners of squares that have fans.
+    corners: Vec<(usize, usize, FanCorner)>,
+    /// Edges that squares own.
+    owned: Vec<Place>,
+}
+
+/// Up to sixteen squares of one kind.
+#[derive(Default)]
+struct Batch {
+    count: usize,
+    half_edges: [u32; LANES],
+    /// How many edges the task's faces before own; of a corner also without those from the half-edge before on.
+    edges: [[u32; 2]; LANES],
+}
+
+impl Batch {
+    /// True where the batch is full.
+    #[inline(always)]
+    fn push(&mut self, h: u32, edges: [u32; 2]) -> bool {
+        (self.half_edges[self.count], self.edges[self.count]) = (h, edges);
+        self.count += 1;
+        self.count == LANES
+    }
+}
+
+impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
+    fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
+        let (t, faces) = (self.t, task.faces.clone());
+        let mut out = Output::new(t, task, self.deeper.depth);
+        let (mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), 0);
+        for f in faces.map(Face::new) {
+            let (first, sides) = (t.first(f), t.sides(f));
+            let owns = |h: u32| u32::from(self.deeper.flags[h as usize] & OWNS_EDGE);
+            if sides == 4 {
+                let owned = all_flags(&self.deeper.flags, first) & u32::from_le_bytes([OWNS_EDGE; 4]);
+                let is_full = quads.push(first, [edge; 2]);
+                edge += owned.count_ones();
+                if is_full {
+                    self.run::<true>(&mut quads, &mut out);
+                }
+                continue;
+            }
+            let centre = self.fans.and_then(|fans| self.deeper.fans.centre(fans, f.0));
+            out.parts[0][f.index() - out.first_face] = centre.unwrap_or(self.level[t.vertex_count() + f.index()]);
+            let end = first + sides as u32;
+            let mut before = edge + (first..end - 1).map(owns).sum::<u32>();
+            for h in first..end {
+                let (own, owned) = (edge, owns(h));
+                edge += owned;
+                if corners.push(h, [own, before]) {
+                    self.run::<false>(&mut corners, &mut out);
+                }
+                before = own;
+            }
+        }
+        self.run::<true>(&mut quads, &mut out);
+        self.run::<false>(&mut corners, &mut out);
+        out.corners
+    }
+}
+
+impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
+    pub fn new(deeper: &'a Deeper, t: &'a Topology, level: &'a [[T; N]], fans: Option<&'a FanValues<T, N>>) -> Self {
+        let rows = |layout: &Layout| -> Vec<u32> {
+            layout.points.iter().flat_map(|&point| (0..N as u32).map(move |c| N as u32 * point + c)).collect()
+        };
+        let rows = [rows(&deeper.quad), deeper.corner.as_ref().map_or(Vec::new(), rows)];
+        let size = 1usize << deeper.depth;
+        let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
+        let points = layouts.into_iter().flatten().map(|layout| layout.points.len()).fold(QUAD, usize::max);
+        // What is read is turned in whole sixteens.
+        let lattice = |size: usize| vec![[[T::default(); LANES]; N]; lattice_points(size).max(QUAD) + LANES];
+        let memory = Memory {
+            lattices: [size / 2, size].map(lattice),
+            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES)],
+            rows,
+            corners: Vec::new(),
+            owned: Vec::new(),
+        };
+        Self { deeper, t, level, fans, memory }
+    }
+
+    /// Refines the squares of a batch, and empties it.
+    #[expect(clippy::redundant_closure, reason = "a function that is passed is not compiled for the machine's vectors")]
+    fn run<const QUADS: bool>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
+        let count = std::mem::take(&mut batch.count);
+        if count == 0 {
+            return;
+        }
+        let Self { deeper, t, level, fans, memory } = self;
+        let (deeper, t, fans, half_edges) = (*deeper, *t, *fans, &batch.half_edges[..count]);
+        let layout = if QUADS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
+        let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
+        // The last level comes to lie in the larger one.
+        let (mut from, mut to) = (from, to);
+        if (deeper.depth - deeper.start) % 2 == 0 {
+            std::mem::swap(&mut from, &mut to);
+        }
+        let mut size = match (QUADS, deeper.start) {
+            (true, 0) => {
+                read::<T, N, CONTROL_QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_control_quad(t, h),
+                );
+                1
+            }
+            (true, _) => {
+                read::<T, N, QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_quad(t, h),
+                );
+                2
+            }
+            (false, _) => {
+                read::<T, N, CORNER>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_corner(t, h),
+                );
+                1
+            }
+        };
+        corners.clear();
+        let mut kinds = [[0; LANES]; 4];
+        // In some lane: at all, and by the owner of the edge.
+        let mut has_sharp = [[false; 2]; 4];
+        for (lane, &h) in half_edges.iter().enumerate() {
+            let mut side = |side: usize, h: u32| {
+                kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
+                has_sharp[side][0] = true;
+                has_sharp[side][1] |= deeper.flags[h as usize] & OWNS_EDGE != 0;
+            };
+            let mut corner = |corner: usize, h: u32| {
+                let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
+                corners.push((lane, corner, deeper.fans.corner(fan, h)));
+            };
+            if QUADS {
+                let mut sharp = all_flags(&deeper.flags, h) & u32::from_le_bytes([IS_SHARP; 4]);
+                while sharp != 0 {
+                    let k = sharp.trailing_zeros() / 8;
+                    side(k as usize, h + k);
+                    sharp &= sharp - 1;
+                }
+                let mut fans = all_flags(&deeper.flags, h) & u32::from_le_bytes([HAS_FAN; 4]);
+                while fans != 0 {
+                    let k = fans.trailing_zeros() / 8;
+                    corner(k as usize, h + k);
+                    fans &= fans - 1;
+                }
+            } else {
+                for (at, h) in [(0, h), (3, t.prev(HalfEdge(h)).0)] {
+                    if deeper.flags[h as usize] & IS_SHARP != 0 {
+                        side(at, h);
+                    }
+                }
+                if deeper.flags[h as usize] & HAS_FAN != 0 {
+                    corner(0, h);
+                }
+                if let Some(fan) = fans.and_then(|_| deeper.fans.of_centre(t.face.get(h))) {
+                    corners.push((lane, 2, deeper.fans.corner(fan, h)));
+                }
+            }
+        }
+        let smooth = rounded(&deeper.smooth);
+        for at in deeper.start as usize..deeper.depth as usize {
+            let is_last = at + 1 == deeper.depth as usize;
+            let mut sides: [Option<SideRules<T>>; 4] = [None; 4];
+            for side in 0..4 {
+                if has_sharp[side][usize::from(is_last)]
+                    && kinds[side][..count].iter().any(|&kind| !deeper.creases.is_smooth(at, kind))
+                {
+                    sides[side] = Some(deeper.side_rules(at, &kinds[side]));
+                }
+            }
+            let sides = [sides[0].as_ref(), sides[1].as_ref(), sides[2].as_ref(), sides[3].as_ref()];
+            refine_lattice(from, size, &smooth, sides, !is_last, to);
+            size *= 2;
+            if let (false, Some(fans)) = (is_last, fans) {
+                for &(lane, corner, FanCorner { fan, beyond }) in &*corners {
+                    let values = deeper.fans.kept(fans, fan, at + 1);
+                    let mut put = |[i, j]: [isize; 2], value: &[T; N]| {
+                        let point = &mut to[lattice_point(size, i, j)];
+                        (0..N).for_each(|c| point[c][lane] = value[c]);
+                    };
+                    let [own, clockwise, counter] = at_corner(size as isize, corner);
+                    put(own, &values[0]);
+                    for (at, end) in [clockwise, counter].into_iter().zip(beyond) {
+                        if end != NONE {
+                            put(at, &values[1 + end as usize]);
+                        }
+                    }
+                }
+            }
+            std::mem::swap(&mut from, &mut to);
+        }
+        let rows = &rows[usize::from(!QUADS)];
+        let turned = &mut turned[..LANES * layout.points.len()];
+        turn(from.as_flattened(), rows, turned.as_flattened_mut());
+        vectorized(
+            #[inline(always)]
+            || write::<T, N, QUADS>(deeper, t, layout, batch, count, turned, from, owned, out),
+        );
+    }
+}
+
+/// A corner, and the points beyond the side that starts there and beyond the one that ends there, next to it.
+fn at_corner(size: isize, corner: usize) -> [[isize; 2]; 3] {
+    match corner {
+        0 => [[0, 0], [0, -1], [-1, 0]],
+        1 => [[size, 0], [size + 1, 0], [size, -1]],
+        2 => [[size, size], [size, size + 1], [size + 1, size]],
+        _ => [[0, size], [-1, size], [0, size + 1]],
+    }
+}
