@@ -51,6 +51,13 @@ impl Rows {
         self.offset.len() - 1
     }
 
+    /// Columns and weights of a row.
+    #[inline(always)]
+    pub fn terms(&self, i: usize) -> (&[u32], &[f64]) {
+        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
+        (&self.column[range.clone()], &self.weight[range])
+    }
+
     /// The weights of all rows, one after the other.
     pub fn weights(&self) -> &[f64] {
         &self.weight
@@ -64,13 +71,6 @@ impl Rows {
     /// True where the rows of both are over the same points.
     pub fn is_like(&self, other: &Self) -> bool {
         self.offset == other.offset && self.column == other.column
-    }
-
-    /// Columns and weights of a row.
-    #[inline(always)]
-    pub fn terms(&self, i: usize) -> (&[u32], &[f64]) {
-        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
-        (&self.column[range.clone()], &self.weight[range])
     }
 
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {

@@ -62,6 +62,8 @@ struct Control<'m> {
     some: Option<&'m [u32]>,
     /// How the parameters lie in the face.
     jacobian: Jacobian,
+    /// How many times the face has been halved.
+    depth: u32,
 }
 
 impl Control<'_> {
@@ -124,7 +126,7 @@ impl<'a> GridMaker<'a> {
             identity.clear();
             identity.resize(ring * target.chunks, [0.0; WIDTH]);
             (0..ring).for_each(|p| identity[p * target.chunks + p / WIDTH][p % WIDTH] = 1.0);
-            let control = Control { matrix: &identity, some: None, jacobian: whole };
+            let control = Control { matrix: &identity, some: None, jacobian: whole, depth: 0 };
             self.node(plan.start, control, &samples, scratch, &mut target);
             scratch.matrices.push(identity);
         }
@@ -142,8 +144,8 @@ impl<'a> GridMaker<'a> {
     ) {
         match &self.plans.nodes[link.node as usize].body {
             Body::Leaf(leaf) => self.leaf(leaf, link, control, samples, scratch, target),
-            // There the way down does not end.
-            Body::Split(split) if split.ends.is_some() && samples.len() == 1 => {
+            // There the way down does not end. So deep, no two grid points lie in a node.
+            Body::Split(split) if split.ends.is_some() && 1u64 << control.depth > u64::from(self.grid.cells) => {
                 self.singly(link, control, samples, target);
             }
             Body::Split(split) => self.split(split, link, control, samples, scratch, target),
@@ -199,7 +201,12 @@ impl<'a> GridMaker<'a> {
             let speed = if halved { 2.0 * flip } else { 1.0 };
             let pose = Pose { turn: child.turn, speed: [speed; 2] };
             let jacobian = product(control.jacobian, pose.jacobian(self.grid.split));
-            let control = Control { matrix: &matrix, some: Some(&child.ring), jacobian };
+            let control = Control {
+                matrix: &matrix,
+                some: Some(&child.ring),
+                jacobian,
+                depth: control.depth + u32::from(halved),
+            };
             self.node(child.link(link.raise), control, list, scratch, target);
         }
         scratch.lists.extend(lists);
@@ -230,7 +237,7 @@ impl<'a> GridMaker<'a> {
         turned.clear();
         turned.extend(samples.iter().map(|s| Sample { at: self.grid.turned(s.at, turn), ..*s }));
         let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
-        let own = Control { matrix: &matrix, some: None, jacobian };
+        let own = Control { matrix: &matrix, some: None, jacobian, depth: control.depth };
         match basis {
             Some(basis) => self.by_point(&basis, own, &turned, target),
             None => {
@@ -238,6 +245,7 @@ impl<'a> GridMaker<'a> {
                     Some(sharpness) => single_crease::curve(1.0 - f64::from(j) / f64::from(self.grid.cells), sharpness),
                     None => self.cubic[j as usize],
                 };
+                turned.sort_by_key(|sample| sample.at[1]);
                 self.by_curves(curve, own, &turned, target);
             }
         }
@@ -245,7 +253,8 @@ impl<'a> GridMaker<'a> {
         scratch.matrices.push(matrix);
     }
 
-    /// Samples of a leaf whose basis is a product of two curves: `across` along its lines of equal u.
+    /// Samples of a leaf whose basis is a product of two curves, `across` being that in v; samples of equal v side by side.
+    /// What has v in common is summed first, whichever samples are wanted, and the rest sample by sample.
     fn by_curves<T: Real>(
         &self,
         across: impl Fn(u32) -> [[f64; 4]; 3],
@@ -253,27 +262,17 @@ impl<'a> GridMaker<'a> {
         samples: &[Sample],
         target: &mut Target<'_, T>,
     ) {
-        // Runs of samples have one parameter in common, whose direction is summed once for all of them.
-        let common = match samples {
-            [a, b, ..] if a.at[1] != b.at[1] => 0,
-            _ => 1,
-        };
-        let curve = |direction: usize, i: u32| if direction == 0 { self.cubic[i as usize] } else { across(i) };
-        let mut rest = samples;
-        while let Some(first) = rest.first() {
-            let line = first.at[common];
-            let (run, others) = rest.split_at(rest.iter().take_while(|s| s.at[common] == line).count());
-            rest = others;
-            let outer = curve(common, line);
+        for run in samples.chunk_by(|a, b| a.at[1] == b.at[1]) {
+            let outer = across(run[0].at[1]);
             for chunk in (0..target.chunks).step_by(2) {
                 let two = chunk + 1 < target.chunks;
                 vectorized(
                     #[inline(always)]
                     || match (two, self.count) {
-                        (true, 1) => run_of::<T, 2, 1>(run, common, &outer, &curve, control, chunk, target),
-                        (true, _) => run_of::<T, 2, 3>(run, common, &outer, &curve, control, chunk, target),
-                        (false, 1) => run_of::<T, 1, 1>(run, common, &outer, &curve, control, chunk, target),
-                        (false, _) => run_of::<T, 1, 3>(run, common, &outer, &curve, control, chunk, target),
+                        (true, 1) => run_of::<T, 2, 1>(run, &outer, &self.cubic, control, chunk, target),
+                        (true, _) => run_of::<T, 2, 3>(run, &outer, &self.cubic, control, chunk, target),
+                        (false, 1) => run_of::<T, 1, 1>(run, &outer, &self.cubic, control, chunk, target),
+                        (false, _) => run_of::<T, 1, 3>(run, &outer, &self.cubic, control, chunk, target),
                     },
                 );
             }
@@ -426,40 +425,38 @@ fn terms_of<const K: usize>(
     sums
 }
 
-/// Samples with parameter `common` the same, `outer` being the weights in its direction: `K` vectors of their rows.
+/// Samples of equal v, `outer` being the weights there and `inner` those at all lines of equal u: `K` vectors of their rows.
 #[inline(always)]
 fn run_of<T: Real, const K: usize, const COUNT: usize>(
     run: &[Sample],
-    common: usize,
     outer: &[[f64; 4]; 3],
-    curve: &impl Fn(usize, u32) -> [[f64; 4]; 3],
+    inner: &[[[f64; 4]; 3]],
     control: Control<'_>,
     chunk: usize,
     target: &mut Target<'_, T>,
 ) {
     // Control points of the curve along the run, and of its derivative across.
     let mut line = [[[[0.0; WIDTH]; K]; 4]; 2];
-    for i in 0..4 {
-        for j in 0..4 {
-            let point = if common == 1 { 4 * j + i } else { 4 * i + j };
-            let from = &control.matrix[point * target.chunks + chunk..][..K];
+    for x in 0..4 {
+        for y in 0..4 {
+            let from = &control.matrix[(4 * y + x) * target.chunks + chunk..][..K];
             for k in 0..K {
-                add(&mut line[0][i][k], outer[0][j], &from[k]);
+                add(&mut line[0][x][k], outer[0][y], &from[k]);
                 if COUNT == 3 {
-                    add(&mut line[1][i][k], outer[1][j], &from[k]);
+                    add(&mut line[1][x][k], outer[1][y], &from[k]);
                 }
             }
         }
     }
     for sample in run {
-        let inner = curve(1 - common, sample.at[1 - common]);
+        let inner = &inner[sample.at[0] as usize];
         let mut rows = [[[0.0; WIDTH]; K]; 3];
-        for i in 0..4 {
+        for x in 0..4 {
             for k in 0..K {
-                add(&mut rows[0][k], inner[0][i], &line[0][i][k]);
+                add(&mut rows[0][k], inner[0][x], &line[0][x][k]);
                 if COUNT == 3 {
-                    add(&mut rows[1 + common][k], inner[0][i], &line[1][i][k]);
-                    add(&mut rows[2 - common][k], inner[1][i], &line[0][i][k]);
+                    add(&mut rows[1][k], inner[1][x], &line[0][x][k]);
+                    add(&mut rows[2][k], inner[0][x], &line[1][x][k]);
                 }
             }
         }
