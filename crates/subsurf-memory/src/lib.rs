@@ -15,8 +15,6 @@
 //! assert_eq!(squares[1000], 1_000_000);
 //! ```
 
-#![deny(unsafe_op_in_unsafe_fn)]
-
 /// Bytes of a huge page. Systems with larger ones ignore the hint or round it to theirs.
 const HUGE_PAGE: usize = 2 << 20;
 
@@ -58,8 +56,9 @@ pub fn advise<T>(values: &mut Vec<T>) {
 /// numbers between them, before the last one is known.
 pub fn reserve(bytes: usize) {
     let mut all = Vec::<u8>::new();
+    let keeps = cfg!(all(target_os = "linux", target_env = "gnu"));
     // To the end of the last page, wherever the first one begins.
-    if bytes >= HUGE_PAGE && all.try_reserve_exact(bytes.saturating_add(HUGE_PAGE)).is_ok() {
+    if keeps && bytes >= HUGE_PAGE && all.try_reserve_exact(bytes.saturating_add(HUGE_PAGE)).is_ok() {
         advise(&mut all);
     }
 }

@@ -226,7 +226,34 @@ fn poles_and_large_polygons_are_refined_too() {
     for shape in [shapes::interior_vertex(70), shapes::cone(300), shapes::cone(40)] {
         let control = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
         // More terms, but of masks whose weights are the smaller.
-        check(&control, &shape.positions, 2, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+        check(&control, &shape.positions, 3, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+    }
+}
+
+#[test]
+fn a_large_polygon_may_lie_at_a_pole() {
+    // A pole of n faces, the first of them a polygon of more corners than the pole has faces; in the second mesh the pole is
+    // the polygon's last corner.
+    for (n, last) in [(20u32, false), (20, true), (40, false)] {
+        let ring = 3 * n;
+        let (start, mut faces) = (ring + 1 - n, Vec::new());
+        let rim = |i: u32| 1 + i % ring;
+        // The polygon spans the rim from 0 to `start`; triangles the rest.
+        let mut polygon: Vec<u32> = std::iter::once(0).chain((0..=start).map(rim)).collect();
+        if last {
+            polygon.rotate_left(1);
+        }
+        faces.push(polygon);
+        faces.extend((start..ring).map(|i| vec![0, rim(i), rim(i + 1)]));
+        assert_eq!(faces.len() as u32, n);
+        let counts: Vec<u32> = faces.iter().map(|face| face.len() as u32).collect();
+        let mesh = ControlMesh::from_counts(1 + ring as usize, &counts, faces.concat(), Tags::default()).unwrap();
+        let points: Vec<[f64; 3]> =
+            (0..=ring).map(|i| f64::from(i)).map(|a| [a.cos(), a.sin(), 0.1 * a % 1.0]).collect();
+        let control = Level::new(&mesh, Scheme::CatmullClark).unwrap();
+        for depth in [1, 2, 3, 4] {
+            check(&control, &points, depth, 1e-14).unwrap_or_else(|e| panic!("{n} faces, {depth} levels: {e}"));
+        }
     }
 }
 
@@ -239,4 +266,8 @@ fn few_faces_may_go_deep() {
             check(&control, &shape.positions, 6, 1e-14).unwrap_or_else(|e| panic!("{} {scheme:?}: {e}", shape.name));
         }
     }
+    // Poles and polygons of some size have no trees.
+    let shape = shapes::cone(50);
+    let control = Level::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+    check(&control, &shape.positions, 6, 1e-14).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
 }

@@ -41,11 +41,11 @@ pub(crate) struct Known {
     nodes: Numbers,
 }
 
-/// The keys of plans from number `first` on.
-fn in_order(keys: &Keys, first: usize) -> Vec<&[u32]> {
-    let mut out: Vec<&[u32]> = vec![&[]; keys.len() - first];
-    for (key, &plan) in keys.iter().filter(|(_, plan)| **plan as usize >= first) {
-        out[plan as usize - first] = key;
+/// The keys of plans by their numbers.
+fn in_order(keys: &Keys) -> Vec<&[u32]> {
+    let mut out: Vec<&[u32]> = vec![&[]; keys.len()];
+    for (key, &plan) in keys {
+        out[plan as usize] = key;
     }
     out
 }
@@ -132,7 +132,7 @@ impl PatchTable {
         let gathered = Gathered::new(&topology, whole, &face_patch)?;
         let mut plans = Plans::empty(scheme);
         let mut nodes = Numbers::default();
-        let keys = in_order(&gathered.known, 0);
+        let keys = in_order(&gathered.known);
         plans.add(&topology, &gathered.representatives, &keys, scheme, &specials, &mut nodes);
         let table = Self {
             topology,

@@ -61,14 +61,17 @@ struct Deeper {
 }
 
 impl Direct {
-    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh, or where few faces go
-    /// very deep. `t` is as it was afterwards.
+    /// True where few faces go so deep that the memory at work exceeds the level's, and other ways are to be tried first.
+    pub fn is_wasteful(t: &Topology, depth: u32) -> bool {
+        depth > DEEP && t.face_count() < FEW
+    }
+
+    /// `depth` steps; none where sharpness may differ along a control edge or come from beyond the mesh. `t` is as it was afterwards.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
     pub fn new(t: &mut Topology, scheme: Scheme, depth: u32) -> Result<Option<Self>, MeshError> {
-        let is_narrow = depth > DEEP && t.face_count() < FEW;
-        if depth == 0 || is_narrow || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
+        if depth == 0 || scheme.split() != SplitKind::Quads || !is_plain(t, scheme) {
             return Ok(None);
         }
         let count = Counts::of(t).refined(SplitKind::Quads)?.vertices;

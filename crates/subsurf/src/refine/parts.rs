@@ -8,8 +8,10 @@ use crate::topology::Topology;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Control faces of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
+/// Control faces of a task at most, and vertices of the level that they should not exceed by much. Fixed; larger: uneven loads; smaller:
+/// overhead of tasks.
 const CHUNK: usize = 256;
+const VERTICES: usize = 16 << 10;
 
 /// Values of the vertices that some faces own.
 pub(super) struct Task<'a, T, const N: usize> {
@@ -50,14 +52,16 @@ pub(super) fn write_by_faces<T: Real, const N: usize, W: Writer<T, N>>(
     let mut edge_values = zeroed(if sorted.is_some() { per_edge * t.edge_count() } else { 0 });
 
     // Cut the output into regions, and these into the parts of tasks.
+    // Whole batches of sixteen faces.
+    let chunk = (VERTICES * t.face_count() / out.len().max(1)).clamp(16, CHUNK) & !15;
     let (vertices, mut rest) = out.split_at_mut(t.vertex_count());
     vertices.copy_from_slice(values);
     let mut edge_rest = &mut edge_values[..];
     let mut edge_regions = Vec::new();
-    let mut tasks: Vec<Task<'_, T, N>> = Vec::with_capacity(t.face_count().div_ceil(CHUNK));
+    let mut tasks: Vec<Task<'_, T, N>> = Vec::with_capacity(t.face_count().div_ceil(chunk));
     let mut edge = 0;
-    for start in (0..t.face_count()).step_by(CHUNK) {
-        let faces = start..(start + CHUNK).min(t.face_count());
+    for start in (0..t.face_count()).step_by(chunk) {
+        let faces = start..(start + chunk).min(t.face_count());
         let end = owned_before(t.face_offset[faces.end]);
         let own = if sorted.is_some() { per_edge * (end - edge) } else { 0 };
         let (edges, tail) = edge_rest.split_at_mut(own);

@@ -109,12 +109,17 @@ impl UniformRefinement {
         }
         let numbering = Numbering::new(&control, split, depth);
         // One entry into the thread pool for all that follows.
-        if let Some(direct) = rayon::scope(|_| Direct::new(&mut control, scheme, depth))? {
-            let method = Method::Direct(Box::new(direct));
-            return Ok(Self { control, scheme, depth, counts, numbering, method });
+        let direct = |control: &mut Topology| rayon::scope(|_| Direct::new(control, scheme, depth));
+        let is_wasteful = Direct::is_wasteful(&control, depth);
+        let mut chosen = if is_wasteful { None } else { direct(&mut control)?.map(|d| Method::Direct(Box::new(d))) };
+        if chosen.is_none() {
+            chosen = Plan::new(&control, scheme, depth, counts)?.map(|plan| Method::Trees(Box::new(plan)));
         }
-        let method = match Plan::new(&control, scheme, depth, counts)? {
-            Some(plan) => Method::Trees(Box::new(plan)),
+        if chosen.is_none() && is_wasteful {
+            chosen = direct(&mut control)?.map(|d| Method::Direct(Box::new(d)));
+        }
+        let method = match chosen {
+            Some(method) => method,
             None => {
                 let mut levels = Vec::with_capacity(depth as usize);
                 for _ in 0..depth {

@@ -84,7 +84,8 @@ impl PatchTable {
         if frames == Frames::One {
             // Positions, normals, and about one facet of four corners a point.
             let normals = if shared { layout.points() } else { 0 };
-            reserve((layout.points() + normals) * size_of::<[T; 3]>() + 5 * layout.points() * size_of::<u32>());
+            let samples = (layout.points() + normals).saturating_mul(size_of::<[T; 3]>());
+            reserve(samples.saturating_add(layout.points().saturating_mul(5 * size_of::<u32>())));
         }
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;

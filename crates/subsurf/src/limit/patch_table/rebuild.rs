@@ -1,7 +1,7 @@
 //! Patches made anew after an edit, the rest of the table left as it is.
 
 use super::super::plan_key::canonical_corner;
-use super::{Known, PatchTable, in_order};
+use super::{Known, PatchTable};
 use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
@@ -45,7 +45,7 @@ impl PatchTable {
         }
         let t = &self.topology;
         let mut around = Surroundings::default();
-        let mut starts = Vec::new();
+        let (mut starts, mut keys) = (Vec::new(), Vec::new());
         for &face in faces {
             let first = self.face_patch[face.index()];
             let patches = self.face_patch[face.index() + 1] - first;
@@ -58,6 +58,7 @@ impl PatchTable {
                     Entry::Occupied(plan) => *plan.get(),
                     Entry::Vacant(empty) => {
                         starts.push((face.0, start as u32));
+                        keys.push(empty.key().clone());
                         *empty.insert(next)
                     }
                 };
@@ -68,7 +69,7 @@ impl PatchTable {
             }
         }
         let before = self.plans.node_count();
-        let keys = in_order(&known.plans, self.plans.len());
+        let keys: Vec<&[u32]> = keys.iter().map(|key| &**key).collect();
         self.plans.add(&self.topology, &starts, &keys, self.scheme, &self.specials, &mut known.nodes);
         Ok(self.plans.node_count() - before)
     }

@@ -100,6 +100,7 @@ impl Fans {
                 let is_closed = t.walk_fan(Vertex(v as u32), |h| around.push(h.0));
                 out.add_fan(t, &around, is_closed, kind);
             }
+            out.list_positions();
             out.close(v as u32);
         }
         out.centres = out.owners.len();
@@ -153,13 +154,16 @@ impl Fans {
         debug_assert!(self.edges.len() > start);
     }
 
+    /// Makes the faces of the fan at hand, that of a vertex, findable where they are many.
+    fn list_positions(&mut self) {
+        let faces = &self.faces[self.starts[self.owners.len()][1] as usize..];
+        if faces.len() > LISTED {
+            self.positions.extend(faces.iter().zip(0..).map(|(face, i)| (face.h, i)));
+        }
+    }
+
     /// Ends the list of a fan's edges and faces.
     fn close(&mut self, owner: u32) {
-        let first = self.starts[self.owners.len()][1] as usize;
-        if self.faces.len() - first > LISTED && self.owners.len() >= self.centres {
-            let faces = self.faces[first..].iter().zip(0..);
-            self.positions.extend(faces.map(|(face, i)| (face.h, i)));
-        }
         self.owners.push(owner);
         self.starts.push([self.edges.len() as u32, self.faces.len() as u32]);
     }
@@ -370,7 +374,7 @@ impl Fans {
     }
 
     pub fn bytes(&self) -> usize {
-        4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len())
+        4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len() + 2 * self.positions.len())
             + size_of_val(&self.starts[..])
             + size_of_val(&self.edges[..])
             + size_of_val(&self.faces[..])
