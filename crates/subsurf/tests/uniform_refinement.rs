@@ -248,8 +248,7 @@ fn a_large_polygon_may_lie_at_a_pole() {
         assert_eq!(faces.len() as u32, n);
         let counts: Vec<u32> = faces.iter().map(|face| face.len() as u32).collect();
         let mesh = ControlMesh::from_counts(1 + ring as usize, &counts, faces.concat(), Tags::default()).unwrap();
-        let points: Vec<[f64; 3]> =
-            (0..=ring).map(|i| f64::from(i)).map(|a| [a.cos(), a.sin(), 0.1 * a % 1.0]).collect();
+        let points: Vec<[f64; 3]> = (0..=ring).map(f64::from).map(|a| [a.cos(), a.sin(), 0.1 * a % 1.0]).collect();
         let control = Level::new(&mesh, Scheme::CatmullClark).unwrap();
         for depth in [1, 2, 3, 4] {
             check(&control, &points, depth, 1e-14).unwrap_or_else(|e| panic!("{n} faces, {depth} levels: {e}"));
