@@ -68,7 +68,7 @@ impl LocalStep {
                 }
                 rows.push(&mut sum);
             }
-            rows
+            rows.shrunk()
         };
         // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
         let first = |c: u32| child.topology().half_edge(Face(4 * own + c), 0);

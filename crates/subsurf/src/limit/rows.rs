@@ -44,7 +44,15 @@ impl Rows {
             row.iter().for_each(|&(c, w)| sum.add(c, w));
             out.push(&mut sum);
         }
-        out
+        out.shrunk()
+    }
+
+    /// The same without room for more.
+    pub fn shrunk(mut self) -> Self {
+        self.offset.shrink_to_fit();
+        self.column.shrink_to_fit();
+        self.weight.shrink_to_fit();
+        self
     }
 
     pub fn len(&self) -> usize {
