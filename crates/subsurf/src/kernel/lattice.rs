@@ -222,15 +222,8 @@ pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
             let mut between = [[T::default(); LANES]; LANES];
             for (block, rows) in rows.as_chunks::<LANES>().0.iter().enumerate() {
                 for k in 0..LANES / 4 {
-                    let row = [rows[k], rows[k + 4], rows[k + 8], rows[k + 12]];
-                    let [a, b, c, d] = shuffled::<T, _>(
-                        simd,
-                        [&from[row[0] as usize], &from[row[1] as usize], &from[row[2] as usize], &from[row[3] as usize]],
-                    );
-                    T::store(simd, a, &mut between[4 * k]);
-                    T::store(simd, b, &mut between[4 * k + 1]);
-                    T::store(simd, c, &mut between[4 * k + 2]);
-                    T::store(simd, d, &mut between[4 * k + 3]);
+                    let row = [rows[k], rows[k + 4], rows[k + 8], rows[k + 12]].map(|row| &from[row as usize]);
+                    shuffle_into(simd, row, &mut between, k);
                 }
                 for k in 0..LANES / 4 {
                     let row = [&between[k], &between[k + 4], &between[k + 8], &between[k + 12]];
@@ -257,27 +250,16 @@ pub(crate) fn turn_back<T: Real>(from: &[T], out: &mut [[T; LANES]]) {
             for (block, out) in out[..stride].as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
                 for k in 0..LANES / 4 {
                     let at = k * stride + LANES * block;
-                    let [a, b, c, d] = shuffled::<T, _>(
-                        simd,
-                        [
-                            &from[at..].as_chunks().0[0],
-                            &from[at + 4 * stride..].as_chunks().0[0],
-                            &from[at + 8 * stride..].as_chunks().0[0],
-                            &from[at + 12 * stride..].as_chunks().0[0],
-                        ],
-                    );
-                    T::store(simd, a, &mut between[4 * k]);
-                    T::store(simd, b, &mut between[4 * k + 1]);
-                    T::store(simd, c, &mut between[4 * k + 2]);
-                    T::store(simd, d, &mut between[4 * k + 3]);
+                    let rows = [
+                        &from[at..].as_chunks().0[0],
+                        &from[at + 4 * stride..].as_chunks().0[0],
+                        &from[at + 8 * stride..].as_chunks().0[0],
+                        &from[at + 12 * stride..].as_chunks().0[0],
+                    ];
+                    shuffle_into(simd, rows, &mut between, k);
                 }
                 for k in 0..LANES / 4 {
-                    let row = [&between[k], &between[k + 4], &between[k + 8], &between[k + 12]];
-                    let [a, b, c, d] = shuffled::<T, _>(simd, row);
-                    T::store(simd, a, &mut out[4 * k]);
-                    T::store(simd, b, &mut out[4 * k + 1]);
-                    T::store(simd, c, &mut out[4 * k + 2]);
-                    T::store(simd, d, &mut out[4 * k + 3]);
+                    shuffle_into(simd, [&between[k], &between[k + 4], &between[k + 8], &between[k + 12]], out, k);
                 }
             }
         }
@@ -292,6 +274,15 @@ fn shuffled<T: Real, S: Simd>(simd: S, rows: [&[T; LANES]; 4]) -> [T::Block<S>; 
     let [c, d] = T::zip(simd, T::load(simd, rows[1]), T::load(simd, rows[3]));
     let ([p, q], [r, s]) = (T::zip(simd, a, c), T::zip(simd, b, d));
     [p, q, r, s]
+}
+
+/// Number `k` of these four shuffles, to where its rows belong.
+#[inline(always)]
+fn shuffle_into<T: Real, S: Simd>(simd: S, rows: [&[T; LANES]; 4], out: &mut [[T; LANES]], k: usize) {
+    let out = &mut out[4 * k..4 * k + 4];
+    for (block, out) in shuffled::<T, S>(simd, rows).into_iter().zip(out) {
+        T::store(simd, block, out);
+    }
 }
 
 #[cfg(test)]

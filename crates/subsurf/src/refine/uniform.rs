@@ -43,7 +43,7 @@ pub struct UniformRefinement {
 
 /// How values are refined.
 enum Method {
-    /// Level by level, without the levels' topology: whatever [`Direct`] takes.
+    /// Sixteen faces at a time down to the last level, without the levels' topology: whatever [`Direct`] takes.
     Direct(Box<Direct>),
     Trees(Box<Plan>),
     /// Level by level: these are levels 0 to depth - 1.
@@ -64,7 +64,7 @@ struct Plan {
 const VERTICES_PER_GROUP: usize = 64;
 
 impl Plan {
-    /// None where refinement level by level is the better way.
+    /// None where trees do not pay.
     fn new(control: &Topology, scheme: Scheme, depth: u32, counts: Counts) -> Result<Option<Self>, MeshError> {
         if depth == 0 {
             return Ok(None);
@@ -277,7 +277,7 @@ impl UniformRefinement {
     }
 }
 
-/// Figures about a refinement. Most meshes are refined level by level without trees, and have special points only; those of the
+/// Figures about a refinement. Most meshes are refined without trees, and have special points only; those of the
 /// trees are zero there, and all but the memory are zero where levels are kept whole.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]

@@ -6,13 +6,15 @@
 //! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
 //!
 //! Under Catmull-Clark a piece has the sixteen points of [`bspline`](super::super::bspline), under Loop the fifteen
-//! coefficients of [`box_spline::POLYNOMIALS`]. Not covered, and left to [`Plan::weights`]: depths beyond
+//! coefficients of [`POLYNOMIALS`](super::super::box_spline::POLYNOMIALS). Not covered, and left to [`Plan::weights`]: depths beyond
 //! [`DEEPEST_PIECE`] (one random location in 4^8), linear leaves, semi-sharp creases under Loop, what ends on a boundary that is kept
 //! linear, and rings of more than [`MOST_POINTS`] points.
 
-use super::{Body, Child, End, Leaf, LeafShape, Link, Place, Plan, Plans, Split, corners};
+mod matrix;
+
+use super::{Body, Leaf, LeafShape, Link, Place, Plan, Plans, corners};
 use crate::kernel::LANES;
-use crate::limit::box_spline::{CENTRE, POLYNOMIALS};
+use crate::limit::box_spline::CENTRE;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
 use crate::limit::turn::turn_all;
@@ -463,143 +465,6 @@ impl<'a> Plan<'a> {
         }
         f(slot.get().expect("it was set"))
     }
-
-    /// Makes the matrices of the piece that holds `(u, v)`.
-    fn piece<T: Real>(self, u: f64, v: f64, turn: u8) -> SubPatch<T> {
-        let mut way: Vec<(usize, &Split, &Child)> = Vec::new();
-        let (end, at, last) = self.walk(u, v, turn, 0, |node, split, child| way.push((node.ring, split, child)));
-        let End::Leaf(leaf) = end else { unreachable!("the ends of linear boundaries have no pieces") };
-        let over_ring = |local: Vec<[f64; LANES]>| {
-            let mut blocks = vec![[0.0; LANES]; last.ring];
-            multiply(&local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
-            for &(ring, split, child) in way.iter().rev() {
-                let mut above = vec![[0.0; LANES]; ring];
-                multiply(&blocks, child.ring.iter().map(|&row| row as usize), |i| split.points.row(i), &mut above);
-                blocks = above;
-            }
-            blocks
-        };
-        let mut local = leaf.pieces(self.plans.split, at);
-        if local.origin.is_none() && at.depth > 0 {
-            // Points of a deep piece are close together: relative to one of them they keep their digits.
-            let middle = if self.plans.split == SplitKind::Quads { 0..LANES } else { 0..1 };
-            let chosen = if self.plans.split == SplitKind::Quads { 5 } else { 0 };
-            let split_off = |block: &mut [f64; LANES]| {
-                let w = block[chosen];
-                block[middle.clone()].iter_mut().for_each(|x| *x -= w);
-                w
-            };
-            local.origin = Some(local.points.iter_mut().map(split_off).collect());
-        }
-        let points = over_ring(local.points);
-        let origin = local.origin.map(|row| {
-            let lanes = row.iter().map(|&w| std::array::from_fn(|k| if k == 0 { w } else { 0.0 })).collect();
-            over_ring(lanes).iter().map(|block| T::from_f64(block[0])).collect()
-        });
-        let fine = local.fine.map(|(of, rows)| (of, rounded(&over_ring(rows))));
-        let points = match chosen(&points) {
-            Some(chosen) => ControlPoints::Chosen(chosen),
-            None => ControlPoints::Weighted(rounded(&points)),
-        };
-        SubPatch { points, origin, fine }
-    }
-}
-
-/// Control points of a piece over the points of its leaf.
-struct LocalPoints {
-    points: Vec<[f64; LANES]>,
-    origin: Option<Vec<f64>>,
-    fine: Option<(Fine, Vec<[f64; LANES]>)>,
-}
-
-impl Leaf {
-    /// Control points of the piece that holds a place.
-    fn pieces(&self, split: SplitKind, at: Place) -> LocalPoints {
-        let total = |turn: u8| (at.turn + turn) % corners(split) as u8;
-        let only = |rows: &[Vec<f64>]| LocalPoints { points: lanes(rows), origin: None, fine: None };
-        let unit = |k: usize, n: usize| (0..n).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
-        let polynomials = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let combine = |weights: &[f64; 12]| {
-                let sum = |c: usize| weights.iter().zip(rows).map(|(w, row)| w * row[c]).sum();
-                (0..rows[0].len()).map(sum).collect()
-            };
-            POLYNOMIALS.iter().map(combine).collect()
-        };
-        match (&self.shape, split) {
-            (LeafShape::Linear, _) => unreachable!("linear leaves have no pieces"),
-            (LeafShape::Regular, SplitKind::Quads) => only(&(0..16).map(|k| unit(k, 16)).collect::<Vec<_>>()),
-            (LeafShape::Regular, SplitKind::Triangles) => {
-                only(&polynomials(&(0..12).map(|k| unit(k, 12)).collect::<Vec<_>>()))
-            }
-            (LeafShape::SingleCrease { turn, sharpness }, _) => {
-                let (_, distance) = at.turned(split, (total(*turn) + 2) % 4);
-                let sharpness = sharpness + f64::from(at.raise);
-                let (level, across) = single_crease::piece(sharpness, single_crease::piece_at(distance, sharpness));
-                let points = |crease: f64| {
-                    let point = |k: usize| {
-                        let mut row = vec![0.0; 16];
-                        (0..4).for_each(|y| row[4 * y + k % 4] = across[k / 4][y]);
-                        row[8 + k % 4] += crease;
-                        row
-                    };
-                    lanes(&(0..16).map(point).collect::<Vec<_>>())
-                };
-                let fine = (level > 0).then(|| (Fine::Across, points(0.0)));
-                LocalPoints { points: points(1.0), origin: None, fine }
-            }
-            (LeafShape::Special { turn, vertex }, _) => {
-                let (a, b) = at.turned(split, total(*turn));
-                let child = vertex.child(a, b).expect("the vertex itself has no piece");
-                let rows = |second: bool| {
-                    let rows = vertex.child_points(child.depth, child.index, second);
-                    lanes(&if split == SplitKind::Triangles { polynomials(&rows) } else { rows })
-                };
-                let is_deep = child.depth > 0;
-                LocalPoints {
-                    points: rows(false),
-                    origin: is_deep.then(|| vertex.limit().to_vec()),
-                    fine: (is_deep && vertex.parts_second()).then(|| (Fine::Second, rows(true))),
-                }
-            }
-        }
-    }
-}
-
-/// Rows as lanes, column by column.
-fn lanes(rows: &[Vec<f64>]) -> Vec<[f64; LANES]> {
-    (0..rows[0].len()).map(|c| std::array::from_fn(|k| rows.get(k).map_or(0.0, |row| row[c]))).collect()
-}
-
-/// `out += leftᵀ · rows`, the row of each block by its index.
-fn multiply<R: Iterator<Item = (u32, f64)>>(
-    left: &[[f64; LANES]],
-    index: impl IntoIterator<Item = usize>,
-    row: impl Fn(usize) -> R,
-    out: &mut [[f64; LANES]],
-) {
-    for (block, i) in left.iter().zip(index) {
-        for (c, w) in row(i) {
-            out[c as usize].iter_mut().zip(block).for_each(|(o, x)| *o += x * w);
-        }
-    }
-}
-
-fn rounded<T: Real>(blocks: &[[f64; LANES]]) -> Blocks<T> {
-    blocks.iter().map(|block| block.map(T::from_f64)).collect()
-}
-
-/// The points of the ring that the control points are, if each is one.
-fn chosen(blocks: &[[f64; LANES]]) -> Option<[u8; LANES]> {
-    let mut chosen = [0; LANES];
-    for (k, chosen) in chosen.iter_mut().enumerate() {
-        let mut used = blocks.iter().enumerate().filter(|(_, block)| block[k] != 0.0);
-        let (p, block) = used.next()?;
-        if block[k] != 1.0 || used.next().is_some() {
-            return None;
-        }
-        *chosen = u8::try_from(p).ok()?;
-    }
-    Some(chosen)
 }
 
 impl<T> SubPatch<T> {
