@@ -17,6 +17,7 @@ mod channel;
 mod check;
 mod cut_out;
 mod cutter;
+mod edges;
 mod face_of;
 mod matching;
 mod raise;
