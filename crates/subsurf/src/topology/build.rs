@@ -6,7 +6,7 @@
 
 use super::edges::{Edges, twinless};
 use super::matching::{FaceList, Matching};
-use super::{EdgeFlags, FaceOf, Interpolation, NONE, SharpnessColumn, Topology};
+use super::{EdgeFlags, FaceOf, FanSize, Interpolation, NONE, SharpnessColumn, Topology};
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
@@ -70,6 +70,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
         edits: Default::default(),
+        fan_sizes: Vec::new(),
     };
     topology.apply_tags(mesh.tags(), &open);
     Ok(topology)
@@ -137,24 +138,23 @@ impl Topology {
     /// Sharpens what the rules make sharp, and turns faces into holes.
     fn apply_tags(&mut self, tags: &Tags, open: &[u32]) {
         let vertices = || (0..self.vertex_count as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
-        let mut faces = subsurf_memory::with_capacity(self.vertex_count);
-        vertices().map(|v| self.fan_faces(v)).collect_into_vec(&mut faces);
+        let (fans, in_fans) = FanSize::all(self);
+        let faces_in = |v: Vertex| fans[v.index()].faces(self, v);
         // Where fans leave no corner out, they hold all faces of every vertex.
-        let in_fans = faces.par_iter().with_min_len(SHARE).map(|&n| n as usize).sum::<usize>();
         let all = if in_fans == self.origin.len() { None } else { Some(self.faces_per_vertex()) };
-        self.vertex_non_manifold = match &all {
-            None => faces.par_iter().with_min_len(SHARE).map(|&n| n == 0).collect(),
-            Some(all) => faces.iter().zip(all).map(|(fan, &all)| *fan != all || all == 0).collect(),
+        let faces = |v: Vertex| all.as_ref().map_or_else(|| faces_in(v), |all| all[v.index()] as usize);
+        let vertex_non_manifold = match &all {
+            None => fans.iter().map(|fan| fan.is_empty()).collect(),
+            Some(_) => vertices().map(|v| faces_in(v) != faces(v) || faces(v) == 0).collect(),
         };
-        faces = all.unwrap_or(faces);
         let lonely: Vec<u32> = match tags.rules.boundary {
             Boundary::EdgeAndCorner => {
-                let lonely = |v: &Vertex| faces[v.index()] == 1 && self.fan_edges_of_one_face(*v);
+                let lonely = |v: &Vertex| faces(*v) == 1 && self.fan_edges_of_one_face(*v);
                 vertices().filter(lonely).map(|v| v.0).collect()
             }
             _ => Vec::new(),
         };
-        drop(faces);
+        (self.vertex_non_manifold, self.fan_sizes) = (vertex_non_manifold, fans);
         let non_manifold: Vec<u32> =
             open.iter().copied().filter(|&e| self.edge_flags[e as usize].non_manifold).collect();
         for &e in &non_manifold {
@@ -185,7 +185,6 @@ impl Topology {
     }
 
     /// Number of faces in the fan that starts at the vertex's leading half-edge.
-    #[inline]
     pub(super) fn fan_faces(&self, v: Vertex) -> u32 {
         let mut count = 0;
         self.walk_fan(v, |_| count += 1);
