@@ -45,7 +45,8 @@ mod tests {
         are_distinct(&all, &starts, &mut out);
         assert_eq!(out, [true]);
         for (i, j) in (0..16).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            let old = std::mem::replace(&mut all[i], all[j]);
+            let old = all[i];
+            all[i] = all[j];
             are_distinct(&all, &starts, &mut out);
             assert_eq!(out, [false], "{i} {j}");
             all[i] = old;
