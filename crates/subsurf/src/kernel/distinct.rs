@@ -23,13 +23,13 @@ pub(crate) fn are_distinct(all: &[u32], starts: &[u32], out: &mut Vec<bool>) {
 fn is_distinct<S: Simd>(simd: S, numbers: &[u32]) -> bool {
     let own = u32x16::from_slice(simd, numbers);
     let mut same = own.simd_eq(own.slide::<1>(own));
-    same = same | own.simd_eq(own.slide::<2>(own));
-    same = same | own.simd_eq(own.slide::<3>(own));
-    same = same | own.simd_eq(own.slide::<4>(own));
-    same = same | own.simd_eq(own.slide::<5>(own));
-    same = same | own.simd_eq(own.slide::<6>(own));
-    same = same | own.simd_eq(own.slide::<7>(own));
-    same = same | own.simd_eq(own.slide::<8>(own));
+    same |= own.simd_eq(own.slide::<2>(own));
+    same |= own.simd_eq(own.slide::<3>(own));
+    same |= own.simd_eq(own.slide::<4>(own));
+    same |= own.simd_eq(own.slide::<5>(own));
+    same |= own.simd_eq(own.slide::<6>(own));
+    same |= own.simd_eq(own.slide::<7>(own));
+    same |= own.simd_eq(own.slide::<8>(own));
     !same.any_true()
 }
 

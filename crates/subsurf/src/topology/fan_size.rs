@@ -47,7 +47,8 @@ impl FanSize {
         let (faces, points, quads, closed) = walk(t, v);
         let few_faces = faces.min(usize::from(MANY_FACES)) as u16;
         let points = points.min(usize::from(MANY_POINTS)) as u16;
-        (Self(few_faces | u16::from(closed) * CLOSED | u16::from(quads) * QUADS | points << 8), faces)
+        let flags = if closed { CLOSED } else { 0 } | if quads { QUADS } else { 0 };
+        (Self(few_faces | flags | (points << 8)), faces)
     }
 
     /// True at a vertex of no face.
