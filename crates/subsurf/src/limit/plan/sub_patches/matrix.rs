@@ -16,9 +16,9 @@ impl Plan<'_> {
         let mut way: Vec<(usize, &Split, &Child)> = Vec::new();
         let (end, at, last) = self.walk(u, v, turn, 0, |node, split, child| way.push((node.ring, split, child)));
         let End::Leaf(leaf) = end else { unreachable!("the ends of linear boundaries have no pieces") };
-        let over_ring = |local: Vec<[f64; LANES]>| {
+        let over_ring = |local: &[[f64; LANES]]| {
             let mut blocks = vec![[0.0; LANES]; last.ring];
-            multiply(&local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
+            multiply(local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
             for &(ring, split, child) in way.iter().rev() {
                 let mut above = vec![[0.0; LANES]; ring];
                 multiply(&blocks, child.ring.iter().map(|&row| row as usize), |i| split.points.row(i), &mut above);
@@ -26,43 +26,15 @@ impl Plan<'_> {
             }
             blocks
         };
-        let mut local = leaf.pieces(self.plans.split, at);
-        let is_quad = self.plans.split == SplitKind::Quads;
-        if local.origin.is_none() && at.depth > 0 {
-            // Points of a deep piece are close together: relative to one of them their differences keep their digits.
-            let (chosen, all) = if is_quad { (5, 0..LANES) } else { (0, 0..1) };
-            let split_off = |block: &mut [f64; LANES]| {
-                let w = block[chosen];
-                block[all.clone()].iter_mut().for_each(|x| *x -= w);
-                w
-            };
-            local.origin = Some(local.points.iter_mut().map(split_off).collect());
-        }
-        let mut points = over_ring(local.points);
-        if let Some(chosen) = chosen(&points).filter(|_| is_quad && local.origin.is_none()) {
+        let split = self.plans.split;
+        let local = leaf.pieces(split, at);
+        let is_plain = split == SplitKind::Quads && matches!(leaf.shape, LeafShape::Regular) && at.depth == 0;
+        if is_plain && let Some(chosen) = chosen(&over_ring(&local.points)) {
             return SubPatch::Chosen(chosen);
         }
-        let into_powers = |blocks: &mut [[f64; LANES]]| {
-            if is_quad {
-                blocks.iter_mut().for_each(|block| *block = powers::coefficients(block));
-            }
-        };
-        into_powers(&mut points);
-        if let Some(row) = local.origin {
-            // The constant is added to all the rest last, so that nothing else is relative to it.
-            let lanes = row.iter().map(|&w| std::array::from_fn(|k| if k == 0 { w } else { 0.0 })).collect();
-            points.iter_mut().zip(&over_ring(lanes)).for_each(|(block, origin)| block[0] += origin[0]);
-        }
-        if let Some((of, rows)) = local.fine {
-            let mut fine = over_ring(rows);
-            into_powers(&mut fine);
-            for (block, fine) in points.iter_mut().zip(&fine) {
-                for k in (0..LANES).filter(|&k| of.serves(exponents(self.plans.split, k))) {
-                    block[k] = fine[k];
-                }
-            }
-        }
-        SubPatch::Weighted(points.iter().map(|block| block.map(T::from_f64)).collect())
+        // Over the leaf's points first: on the way up no coefficient meets another, so that small ones keep their digits.
+        let coefficients = over_ring(&local.coefficients(split));
+        SubPatch::Weighted(coefficients.iter().map(|block| block.map(T::from_f64)).collect())
     }
 }
 
@@ -96,8 +68,33 @@ impl Fine {
 /// Control points of a piece over the points of its leaf.
 struct LocalPoints {
     points: Vec<[f64; LANES]>,
+    /// What they are relative to, if to something.
     origin: Option<Vec<f64>>,
     fine: Option<(Fine, Vec<[f64; LANES]>)>,
+}
+
+impl LocalPoints {
+    /// The coefficients of the piece over the points of its leaf.
+    fn coefficients(self, split: SplitKind) -> Vec<[f64; LANES]> {
+        let of = |mut blocks: Vec<[f64; LANES]>| {
+            if split == SplitKind::Quads {
+                blocks.iter_mut().for_each(|block| *block = powers::coefficients(block));
+            }
+            blocks
+        };
+        let mut all = of(self.points);
+        if let Some(origin) = self.origin {
+            all.iter_mut().zip(&origin).for_each(|(block, w)| block[0] += w);
+        }
+        if let Some((which, fine)) = self.fine {
+            for (block, fine) in all.iter_mut().zip(of(fine)) {
+                for k in (0..LANES).filter(|&k| which.serves(exponents(split, k))) {
+                    block[k] = fine[k];
+                }
+            }
+        }
+        all
+    }
 }
 
 impl Leaf {
