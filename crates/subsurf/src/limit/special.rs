@@ -236,7 +236,9 @@ impl SpecialVertex {
             Some(eigen) => eigen.storage_bytes(),
             None => self.deflated.bytes() + self.second.as_ref().map_or(0, DeflatedPowers::bytes),
         };
-        rows + powers + 8 * self.limit.len() + self.even.as_ref().map_or(0, |even| even.bytes())
+        // All faces at a dart share what the first one has.
+        let even = self.even.as_ref().filter(|_| self.corner.i == 0).map_or(0, |even| even.bytes());
+        rows + powers + 8 * self.limit.len() + even
     }
 }
 
