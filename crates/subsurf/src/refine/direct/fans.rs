@@ -1,8 +1,10 @@
 //! Vertices that are not regular, each with its fan, refined by itself: the vertex, the ends of its edges and
 //! the vertices across its faces follow from the same ones a level above. They are control vertices of any
-//! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all faces are quads.
+//! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all their faces are quads.
 
 use super::rules::{Creases, Special, rounded};
+use super::squares::in_quad;
+use super::starts::Starts;
 use crate::index::{Edge, HalfEdge, Vertex};
 use crate::kernel::vectorized;
 use crate::mask::{Mask, vertex_mask};
@@ -57,6 +59,8 @@ pub(super) struct Fans {
     rows: Vec<Special>,
     /// By fan its rule among those of each level, or [`NONE`].
     row_of: Vec<u32>,
+    /// By fan of a vertex: some of its faces are no quads, so that it starts at level 1.
+    is_late: Vec<bool>,
     start: usize,
     depth: usize,
 }
@@ -71,7 +75,7 @@ pub(super) struct FanValues<T, const N: usize> {
 
 impl Fans {
     /// Of a mesh whose rules are not linear, from one level to another.
-    pub fn new(t: &Topology, creases: &Creases, levels: Range<usize>) -> Self {
+    pub fn new(t: &Topology, creases: &Creases, starts: &Starts, levels: Range<usize>) -> Self {
         let of_vertex = vec![0; t.vertex_count()];
         let (start, depth) = (levels.start, levels.end);
         let mut out = Self { of_vertex, starts: vec![[0, 0]], start, depth, ..Self::default() };
@@ -102,6 +106,7 @@ impl Fans {
             }
             out.list_positions();
             out.close(v as u32);
+            out.is_late.push(starts.is_late(v as u32));
         }
         out.centres = out.owners.len();
         if !matches!(t.face, FaceOf::Quads) {
@@ -170,23 +175,32 @@ impl Fans {
 
     /// Adds the rules from the next level on, whose sharpness `t` has. `special` are the vertices that do not follow the smooth one.
     pub fn add_rows(&mut self, t: &Topology, scheme: Scheme, special: &[u32]) {
-        let (mut rows, mut mask) = (Special::default(), Mask::default());
+        let (mut rows, mut mask, mut ends) = (Special::default(), Mask::default(), Vec::new());
         self.row_of.resize(self.owners.len(), NONE);
         for &v in special {
             // A vertex without a face stays where it is.
             let Some(fan) = self.of_vertex[v as usize].checked_sub(1) else { continue };
+            self.row_of[fan as usize] = rows.owners.len() as u32;
+            if self.rows.is_empty() && self.starts_at(fan as usize) > self.start {
+                // No rule of quads applies yet, nor is any asked for.
+                rows.push_from((0, 0.0), fan, std::iter::empty());
+                continue;
+            }
             vertex_mask(t, scheme, Vertex(v), &mut mask);
-            let [edges, _] = self.range(fan as usize);
-            let edges = &self.edges[edges];
+            let [edges, faces] = self.range(fan as usize);
+            ends.clear();
+            ends.extend(self.edges[edges.clone()].iter().zip(1..).map(|(edge, id)| (edge[0], id)));
+            ends.sort_unstable();
             let end = |e: u32| match e {
                 NONE => 0,
-                e => 1 + edges.iter().position(|edge| edge[0] == e).expect("an edge of the vertex") as u32,
+                e => ends[ends.binary_search_by_key(&e, |end| end.0).expect("an edge of the vertex")].1,
             };
-            let ends = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
+            let own = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
+            // The mask lists faces as the fan does, if at all.
+            debug_assert!(mask.faces.iter().zip(&self.faces[faces]).all(|(term, face)| term.0 == t.face.get(face.h)));
             let faces = mask.faces.iter().zip(1 + edges.len() as u32..).map(|(&(_, weight), id)| (id, weight));
-            self.row_of[fan as usize] = rows.owners.len() as u32;
             // The vertex first: sums are relative to it.
-            rows.push_from((0, 0.0), fan, ends.filter(|term| term.0 > 0).chain(faces));
+            rows.push_from((0, 0.0), fan, own.filter(|term| term.0 > 0).chain(faces));
         }
         self.rows.push(rows);
     }
@@ -221,12 +235,18 @@ impl Fans {
         FanCorner { fan, beyond: faces[at].beyond }
     }
 
-    /// Values of all fans, from those of the level where they start: 1, or 0 in a mesh of quads.
+    /// The level at which a fan starts.
+    #[inline(always)]
+    fn starts_at(&self, fan: usize) -> usize {
+        usize::from(self.is_late.get(fan) != Some(&false))
+    }
+
+    /// Values of all fans, from those of the levels where they start, 0 and 1.
     pub fn refine<T: Real, const N: usize>(
         &self,
         t: &Topology,
         creases: &Creases,
-        level: &[[T; N]],
+        levels: [&[[T; N]]; 2],
     ) -> FanValues<T, N> {
         let (fans, zero) = (self.owners.len(), [T::default(); N]);
         let between = self.between();
@@ -247,7 +267,7 @@ impl Fans {
                     for (last, fan) in last.iter_mut().zip(first..) {
                         let (part, tail) = kept.split_at_mut(size(fan + 1) - size(fan));
                         kept = tail;
-                        *last = self.refine_fan(t, creases, level, fan, scratch, part);
+                        *last = self.refine_fan(t, creases, levels, fan, scratch, part);
                     }
                 },
             );
@@ -261,7 +281,7 @@ impl Fans {
         &self,
         t: &Topology,
         creases: &Creases,
-        level: &[[T; N]],
+        levels: [&[[T; N]]; 2],
         fan: usize,
         scratch: &mut Scratch<T, N>,
         mut kept: &mut [[T; N]],
@@ -270,16 +290,16 @@ impl Fans {
         let (edges, faces) = (&self.edges[edges], &self.faces[faces]);
         let (first_centre, is_centre) = (t.vertex_count(), fan >= self.centres);
         let first_edge = first_centre + t.face_count();
-        let quads = self.start == 0;
-        let smooth = rounded::<T>(creases.rule(self.start, 0)).edge;
+        let start = self.starts_at(fan);
+        let (level, smooth) = (levels[start], rounded::<T>(creases.rule(start, 0)).edge);
         let Scratch { ends, across, sums } = scratch;
         let mut own = level[self.owners[fan] as usize + if is_centre { first_centre } else { 0 }];
         ends.clear();
         across.clear();
-        if quads {
+        if start == 0 {
             ends.resize(edges.len(), own);
             for face in faces {
-                let origin = |by: u32| level[t.origin[(face.h & !3 | (face.h + by) & 3) as usize] as usize];
+                let origin = |by: u32| level[t.origin[in_quad(t, face.h, by) as usize] as usize];
                 [ends[face.sides[0] as usize], ends[face.sides[1] as usize]] = [origin(1), origin(3)];
                 across.push(origin(2));
             }
@@ -290,7 +310,10 @@ impl Fans {
             across.extend(faces.iter().map(|face| level[diagonal(face.h)]));
         }
         let (quarter, each) = (T::from_f64(0.25), T::from_f64(smooth_neighbour(edges.len().max(1), 1.0)));
-        for at in self.start..self.depth {
+        if start > self.start {
+            kept = keep(own, ends, kept);
+        }
+        for at in start..self.depth {
             let is_last = at + 1 == self.depth;
             // Face points, and their sums by edge and round the vertex, relative to it.
             sums.clear();
@@ -332,10 +355,7 @@ impl Fans {
                 }
             }
             own = next;
-            let (part, tail) = kept.split_at_mut(1 + ends.len());
-            kept = tail;
-            part[0] = own;
-            part[1..].copy_from_slice(ends);
+            kept = keep(own, ends, kept);
         }
         own
     }
@@ -370,16 +390,29 @@ impl Fans {
 
     /// Vertices with rules of their own, summed over the levels.
     pub fn special(&self) -> usize {
-        self.rows.iter().map(|rows| rows.owners.len()).sum()
+        let applied = |(rows, at): (&Special, usize)| {
+            rows.owners.iter().filter(|&&fan| at >= self.starts_at(fan as usize)).count()
+        };
+        self.rows.iter().zip(self.start..).map(applied).sum()
     }
 
     pub fn bytes(&self) -> usize {
         4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len() + 2 * self.positions.len())
+            + self.is_late.len()
             + size_of_val(&self.starts[..])
             + size_of_val(&self.edges[..])
             + size_of_val(&self.faces[..])
             + self.rows.iter().map(Special::bytes).sum::<usize>()
     }
+}
+
+/// Puts a fan's vertex and the ends of its edges before what comes next.
+#[inline(always)]
+fn keep<'a, T: Real, const N: usize>(own: [T; N], ends: &[[T; N]], kept: &'a mut [[T; N]]) -> &'a mut [[T; N]] {
+    let (part, rest) = kept.split_at_mut(1 + ends.len());
+    part[0] = own;
+    part[1..].copy_from_slice(ends);
+    rest
 }
 
 /// Memory that is used again and again: ends of edges, what lies across faces, sums by edge.

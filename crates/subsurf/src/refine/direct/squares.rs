@@ -7,6 +7,7 @@ mod read;
 mod write;
 
 pub(super) use flags::flags;
+pub(super) use read::in_quad;
 
 use super::super::parts::{Task, Writer};
 use super::Deeper;
@@ -16,8 +17,8 @@ use super::rules::rounded;
 use crate::index::{Edge, Face, HalfEdge};
 use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, vectorized};
 use crate::real::Real;
-use crate::topology::{NONE, Topology};
-use flags::{HAS_FAN, IS_SHARP, OWNS_EDGE, all_flags};
+use crate::topology::{FaceOf, NONE, Topology};
+use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags};
 use read::{CONTROL_QUAD, CORNER, QUAD, read, round_control_quad, round_corner, round_quad};
 use write::{Output, Place, write};
 
@@ -25,8 +26,8 @@ use write::{Output, Place, write};
 pub(super) struct Squares<'a, T, const N: usize> {
     deeper: &'a Deeper,
     t: &'a Topology,
-    /// Values of the level where squares start.
-    level: &'a [[T; N]],
+    /// Values of the levels where squares start, 0 and 1.
+    levels: [&'a [[T; N]]; 2],
     fans: Option<&'a FanValues<T, N>>,
     memory: Memory<T, N>,
 }
@@ -43,6 +44,11 @@ struct Memory<T, const N: usize> {
     /// Edges that squares own.
     owned: Vec<Place>,
 }
+
+/// Kinds of squares: quads that start at their control points, others, and corners of faces that are no quads.
+const EARLY_QUADS: usize = 0;
+const QUADS: usize = 1;
+const CORNERS: usize = 2;
 
 /// Up to sixteen squares of one kind.
 #[derive(Default)]
@@ -67,40 +73,51 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
     fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
         let (t, faces) = (self.t, task.faces.clone());
         let mut out = Output::new(t, task, self.deeper.depth);
-        let (mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), 0);
+        let (mut early, mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), Batch::default(), 0);
         for f in faces.map(Face::new) {
             let (first, sides) = (t.first(f), t.sides(f));
             let owns = |h: u32| u32::from(self.deeper.flags[h as usize] & OWNS_EDGE);
             if sides == 4 {
-                let owned = all_flags(&self.deeper.flags, first) & u32::from_le_bytes([OWNS_EDGE; 4]);
-                let is_full = quads.push(first, [edge; 2]);
-                edge += owned.count_ones();
-                if is_full {
-                    self.run::<true>(&mut quads, &mut out);
+                const ALL_EARLY: u32 = u32::from_le_bytes([IS_EARLY; 4]);
+                let flags = all_flags(&self.deeper.flags, first);
+                let before = [edge; 2];
+                edge += (flags & u32::from_le_bytes([OWNS_EDGE; 4])).count_ones();
+                if flags & ALL_EARLY == ALL_EARLY {
+                    if early.push(first, before) {
+                        self.run::<EARLY_QUADS>(&mut early, &mut out);
+                    }
+                } else if quads.push(first, before) {
+                    self.run::<QUADS>(&mut quads, &mut out);
                 }
                 continue;
             }
             let centre = self.fans.and_then(|fans| self.deeper.fans.centre(fans, f.0));
-            out.parts[0][f.index() - out.first_face] = centre.unwrap_or(self.level[t.vertex_count() + f.index()]);
+            out.parts[0][f.index() - out.first_face] = centre.unwrap_or(self.levels[1][t.vertex_count() + f.index()]);
             let end = first + sides as u32;
             let mut before = edge + (first..end - 1).map(owns).sum::<u32>();
             for h in first..end {
                 let (own, owned) = (edge, owns(h));
                 edge += owned;
                 if corners.push(h, [own, before]) {
-                    self.run::<false>(&mut corners, &mut out);
+                    self.run::<CORNERS>(&mut corners, &mut out);
                 }
                 before = own;
             }
         }
-        self.run::<true>(&mut quads, &mut out);
-        self.run::<false>(&mut corners, &mut out);
+        self.run::<EARLY_QUADS>(&mut early, &mut out);
+        self.run::<QUADS>(&mut quads, &mut out);
+        self.run::<CORNERS>(&mut corners, &mut out);
         out.corners
     }
 }
 
 impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
-    pub fn new(deeper: &'a Deeper, t: &'a Topology, level: &'a [[T; N]], fans: Option<&'a FanValues<T, N>>) -> Self {
+    pub fn new(
+        deeper: &'a Deeper,
+        t: &'a Topology,
+        levels: [&'a [[T; N]]; 2],
+        fans: Option<&'a FanValues<T, N>>,
+    ) -> Self {
         let rows = |layout: &Layout| -> Vec<u32> {
             layout.points.iter().flat_map(|&point| (0..N as u32).map(move |c| N as u32 * point + c)).collect()
         };
@@ -117,27 +134,30 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             corners: Vec::new(),
             owned: Vec::new(),
         };
-        Self { deeper, t, level, fans, memory }
+        Self { deeper, t, levels, fans, memory }
     }
 
     /// Refines the squares of a batch, and empties it.
     #[expect(clippy::redundant_closure, reason = "a function that is passed is not compiled for the machine's vectors")]
-    fn run<const QUADS: bool>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
+    fn run<const KIND: usize>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
         }
-        let Self { deeper, t, level, fans, memory } = self;
+        let Self { deeper, t, levels, fans, memory } = self;
         let (deeper, t, fans, half_edges) = (*deeper, *t, *fans, &batch.half_edges[..count]);
-        let layout = if QUADS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
+        let layout =
+            if KIND != CORNERS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
         let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
         // The last level comes to lie in the larger one.
         let (mut from, mut to) = (from, to);
-        if (deeper.depth - deeper.start) % 2 == 0 {
+        let start = usize::from(KIND != EARLY_QUADS);
+        let level = levels[start];
+        if (deeper.depth as usize - start) % 2 == 0 {
             std::mem::swap(&mut from, &mut to);
         }
-        let mut size = match (QUADS, deeper.start) {
-            (true, 0) => {
+        let mut size = match KIND {
+            EARLY_QUADS if matches!(t.face, FaceOf::Quads) => {
                 read::<T, N, CONTROL_QUAD>(
                     t,
                     level,
@@ -145,11 +165,23 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                     turned,
                     from,
                     #[inline(always)]
-                    |t, h| round_control_quad(t, h),
+                    |t, h| round_control_quad::<true>(t, h),
                 );
                 1
             }
-            (true, _) => {
+            EARLY_QUADS => {
+                read::<T, N, CONTROL_QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_control_quad::<false>(t, h),
+                );
+                1
+            }
+            QUADS => {
                 read::<T, N, QUAD>(
                     t,
                     level,
@@ -161,7 +193,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                 );
                 2
             }
-            (false, _) => {
+            _ => {
                 read::<T, N, CORNER>(
                     t,
                     level,
@@ -188,7 +220,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                 let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
                 corners.push((lane, corner, deeper.fans.corner(fan, h)));
             };
-            if QUADS {
+            if KIND != CORNERS {
                 let mut sharp = all_flags(&deeper.flags, h) & u32::from_le_bytes([IS_SHARP; 4]);
                 while sharp != 0 {
                     let k = sharp.trailing_zeros() / 8;
@@ -216,7 +248,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             }
         }
         let smooth = rounded(&deeper.smooth);
-        for at in deeper.start as usize..deeper.depth as usize {
+        for at in start..deeper.depth as usize {
             let is_last = at + 1 == deeper.depth as usize;
             let mut sides: [Option<SideRules<T>>; 4] = [None; 4];
             for side in 0..4 {
@@ -247,12 +279,15 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             }
             std::mem::swap(&mut from, &mut to);
         }
-        let rows = &rows[usize::from(!QUADS)];
+        let rows = &rows[usize::from(KIND == CORNERS)];
         let turned = &mut turned[..LANES * layout.points.len()];
         turn(from.as_flattened(), rows, turned.as_flattened_mut());
         vectorized(
             #[inline(always)]
-            || write::<T, N, QUADS>(deeper, t, layout, batch, count, turned, from, owned, out),
+            || match KIND {
+                CORNERS => write::<T, N, false>(deeper, t, layout, batch, count, turned, from, owned, out),
+                _ => write::<T, N, true>(deeper, t, layout, batch, count, turned, from, owned, out),
+            },
         );
     }
 }

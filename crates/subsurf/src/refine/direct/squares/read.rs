@@ -38,14 +38,14 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize>(
     turn_back(turned[..LANES * stride].as_flattened(), out.as_flattened_mut());
 }
 
-/// The control vertices in and round a quad with first half-edge `first`, as a lattice of size 1. What lies across a corner
-/// where there are not four faces does not matter, nor what lies beyond a boundary.
+/// The control vertices in and round a quad that touches quads alone, with first half-edge `first`, as a lattice of size 1. What lies across a corner
+/// where there are not four faces does not matter, nor what lies beyond a boundary. `ALL` where all faces are quads.
 #[inline(always)]
-pub(super) fn round_control_quad(t: &Topology, first: u32) -> [u32; CONTROL_QUAD] {
+pub(super) fn round_control_quad<const ALL: bool>(t: &Topology, first: u32) -> [u32; CONTROL_QUAD] {
     // Corner by corner, counter-clockwise: across the corner, then beyond the side from there on.
     const BEYOND: [[usize; 3]; 4] = [[0, 1, 2], [3, 7, 11], [15, 14, 13], [12, 8, 4]];
     const OWN: [usize; 4] = [5, 6, 10, 9];
-    let at = |h: u32, by: u32| (h & !3 | (h + by) & 3) as usize;
+    let at = |h: u32, by: u32| if ALL { h & !3 | (h + by) & 3 } else { in_quad(t, h, by) } as usize;
     let own: &[u32; 4] = t.origin[first as usize..].first_chunk().expect("four corners");
     let twins: &[u32; 4] = t.twin[first as usize..].first_chunk().expect("four sides");
     let mut out = [own[0]; CONTROL_QUAD];
@@ -60,6 +60,13 @@ pub(super) fn round_control_quad(t: &Topology, first: u32) -> [u32; CONTROL_QUAD
         out[BEYOND[k][2]] = t.origin[at(twin, 3)];
     }
     out
+}
+
+/// The half-edge so many behind `h`, a side of a quad.
+#[inline(always)]
+pub(in super::super) fn in_quad(t: &Topology, h: u32, by: u32) -> u32 {
+    let first = t.face.first_of_few(h);
+    first + (h - first + by & 3)
 }
 
 /// The vertices of level 1 in and round a quad with first half-edge `first`, as a lattice of size 2. What lies across a corner

@@ -1,0 +1,64 @@
+//! Where squares start: quads that touch quads alone at their control points, all other faces at level 1, of which only what they
+//! need is made.
+
+use crate::index::Face;
+use crate::topology::{FaceOf, Topology};
+
+/// The level at which each face starts.
+pub(super) struct Starts {
+    /// By control vertex. Empty where all faces are quads.
+    is_late: Vec<bool>,
+    /// True where some quad starts at its control points.
+    pub has_early: bool,
+}
+
+/// Elements of the control mesh whose vertices of level 1 are needed, in ascending order.
+pub(super) struct Needed {
+    pub faces: Vec<u32>,
+    pub edges: Vec<u32>,
+    pub vertices: Vec<u32>,
+}
+
+impl Starts {
+    pub fn new(t: &Topology) -> Self {
+        if matches!(t.face, FaceOf::Quads) {
+            return Self { is_late: Vec::new(), has_early: true };
+        }
+        let mut is_late = vec![false; t.vertex_count()];
+        for f in (0..t.face_count()).map(Face::new).filter(|&f| t.sides(f) != 4) {
+            t.face_vertices(f).iter().for_each(|&v| is_late[v as usize] = true);
+        }
+        let mut out = Self { is_late, has_early: false };
+        out.has_early = (0..t.face_count()).any(|f| !out.is_late_face(t, Face::new(f)));
+        if !out.has_early {
+            out.is_late.fill(true);
+        }
+        out
+    }
+
+    /// True for a control vertex that is a corner of a face that is no quad, or where no quad starts at its control points.
+    #[inline(always)]
+    pub fn is_late(&self, v: u32) -> bool {
+        self.is_late.get(v as usize) == Some(&true)
+    }
+
+    fn is_late_face(&self, t: &Topology, f: Face) -> bool {
+        t.face_vertices(f).iter().any(|&v| self.is_late(v))
+    }
+
+    /// What faces read that start at level 1: the vertices in and round them.
+    pub fn needed(&self, t: &Topology) -> Needed {
+        let mut is_corner = vec![false; t.vertex_count()];
+        for f in (0..t.face_count()).map(Face::new).filter(|&f| self.is_late_face(t, f)) {
+            t.face_vertices(f).iter().for_each(|&v| is_corner[v as usize] = true);
+        }
+        let touches = |vertices: &[u32]| vertices.iter().any(|&v| is_corner[v as usize]);
+        let ascending =
+            |count: usize, is: &dyn Fn(usize) -> bool| (0..count as u32).filter(|&i| is(i as usize)).collect();
+        Needed {
+            faces: ascending(t.face_count(), &|f| touches(t.face_vertices(Face::new(f)))),
+            edges: ascending(t.edge_count(), &|e| touches(&t.edge_vertices[e])),
+            vertices: ascending(t.vertex_count(), &|v| is_corner[v]),
+        }
+    }
+}
