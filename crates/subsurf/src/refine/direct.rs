@@ -117,7 +117,9 @@ impl Direct {
     pub fn step_bytes(&self) -> usize {
         self.deeper.as_ref().map_or(0, |deeper| {
             let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
-            layouts.into_iter().flatten().map(Layout::bytes).sum::<usize>() + deeper.creases.bytes()
+            layouts.into_iter().flatten().map(Layout::bytes).sum::<usize>()
+                + deeper.creases.bytes()
+                + size_of_val(&deeper.regions[..])
         })
     }
 }

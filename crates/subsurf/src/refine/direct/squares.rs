@@ -18,7 +18,7 @@ use crate::index::{Edge, Face, HalfEdge};
 use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, vectorized};
 use crate::real::Real;
 use crate::topology::{FaceOf, NONE, Topology};
-use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags};
+use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags, with_flag};
 use read::{CONTROL_QUAD, CORNER, QUAD, read, round_control_quad, round_corner, round_quad};
 use write::{Output, Place, write};
 
@@ -57,15 +57,58 @@ struct Batch {
     half_edges: [u32; LANES],
     /// How many edges the task's faces before own; of a corner also without those from the half-edge before on.
     edges: [[u32; 2]; LANES],
+    /// Of quads, those of all half-edges.
+    flags: [u32; LANES],
 }
 
 impl Batch {
     /// True where the batch is full.
     #[inline(always)]
-    fn push(&mut self, h: u32, edges: [u32; 2]) -> bool {
-        (self.half_edges[self.count], self.edges[self.count]) = (h, edges);
+    fn push(&mut self, h: u32, flags: u32, edges: [u32; 2]) -> bool {
+        let lane = self.count;
+        (self.half_edges[lane], self.flags[lane], self.edges[lane]) = (h, flags, edges);
         self.count += 1;
         self.count == LANES
+    }
+
+    /// The half-edges of the first `count` quads that have a flag, a bit for each.
+    #[inline(always)]
+    fn with(&self, flag: u8, count: usize) -> HalfEdges {
+        let mut bits = 0;
+        for (lane, &flags) in self.flags[..count].iter().enumerate() {
+            bits |= u64::from(with_flag(flags, flag)) << (4 * lane);
+        }
+        HalfEdges(bits)
+    }
+}
+
+/// Half-edges of sixteen quads, a bit for each: one loop over those of all quads ends once, where loops over those of each are hard
+/// to predict.
+#[derive(Clone, Copy)]
+struct HalfEdges(u64);
+
+impl HalfEdges {
+    #[inline(always)]
+    fn has(self, lane: usize, k: usize) -> bool {
+        self.0 >> (4 * lane + k) & 1 == 1
+    }
+
+    /// How many of a quad's come before its half-edge number `k`.
+    #[inline(always)]
+    fn before(self, lane: usize, k: usize) -> u32 {
+        (self.0 >> (4 * lane) & ((1 << k) - 1)).count_ones()
+    }
+}
+
+/// Lanes, and which of the four.
+impl Iterator for HalfEdges {
+    type Item = (usize, usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<(usize, usize)> {
+        let at = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (at < 64).then_some((at / 4, at % 4))
     }
 }
 
@@ -78,15 +121,14 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
             let (first, sides) = (t.first(f), t.sides(f));
             let owns = |h: u32| u32::from(self.deeper.flags[h as usize] & OWNS_EDGE);
             if sides == 4 {
-                const ALL_EARLY: u32 = u32::from_le_bytes([IS_EARLY; 4]);
                 let flags = all_flags(&self.deeper.flags, first);
                 let before = [edge; 2];
-                edge += (flags & u32::from_le_bytes([OWNS_EDGE; 4])).count_ones();
-                if flags & ALL_EARLY == ALL_EARLY {
-                    if early.push(first, before) {
+                edge += with_flag(flags, OWNS_EDGE).count_ones();
+                if with_flag(flags, IS_EARLY) == 15 {
+                    if early.push(first, flags, before) {
                         self.run::<EARLY_QUADS>(&mut early, &mut out);
                     }
-                } else if quads.push(first, before) {
+                } else if quads.push(first, flags, before) {
                     self.run::<QUADS>(&mut quads, &mut out);
                 }
                 continue;
@@ -98,7 +140,7 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
             for h in first..end {
                 let (own, owned) = (edge, owns(h));
                 edge += owned;
-                if corners.push(h, [own, before]) {
+                if corners.push(h, 0, [own, before]) {
                     self.run::<CORNERS>(&mut corners, &mut out);
                 }
                 before = own;
@@ -129,7 +171,8 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let lattice = |size: usize| vec![[[T::default(); LANES]; N]; lattice_points(size).max(QUAD) + LANES];
         let memory = Memory {
             lattices: [size / 2, size].map(lattice),
-            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES)],
+            // What is read may spill over by one.
+            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES) + 1],
             rows,
             corners: Vec::new(),
             owned: Vec::new(),
@@ -210,40 +253,37 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let mut kinds = [[0; LANES]; 4];
         // In some lane: at all, and by the owner of the edge.
         let mut has_sharp = [[false; 2]; 4];
-        for (lane, &h) in half_edges.iter().enumerate() {
-            let mut side = |side: usize, h: u32| {
-                kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
-                has_sharp[side][0] = true;
-                has_sharp[side][1] |= deeper.flags[h as usize] & OWNS_EDGE != 0;
-            };
-            let mut corner = |corner: usize, h: u32| {
-                let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
-                corners.push((lane, corner, deeper.fans.corner(fan, h)));
-            };
-            if KIND != CORNERS {
-                let mut sharp = all_flags(&deeper.flags, h) & u32::from_le_bytes([IS_SHARP; 4]);
-                while sharp != 0 {
-                    let k = sharp.trailing_zeros() / 8;
-                    side(k as usize, h + k);
-                    sharp &= sharp - 1;
-                }
-                let mut fans = all_flags(&deeper.flags, h) & u32::from_le_bytes([HAS_FAN; 4]);
-                while fans != 0 {
-                    let k = fans.trailing_zeros() / 8;
-                    corner(k as usize, h + k);
-                    fans &= fans - 1;
-                }
-            } else {
+        let mut side = |lane: usize, side: usize, h: u32, owns: bool| {
+            kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
+            has_sharp[side][0] = true;
+            has_sharp[side][1] |= owns;
+        };
+        let fan_of = |h: u32| deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
+        let mut corner = |lane: usize, corner: usize, h: u32, fan: u32| {
+            corners.push((lane, corner, deeper.fans.corner(fan, h)));
+        };
+        if KIND != CORNERS {
+            let owned = batch.with(OWNS_EDGE, count);
+            for (lane, k) in batch.with(IS_SHARP, count) {
+                side(lane, k, half_edges[lane] + k as u32, owned.has(lane, k));
+            }
+            for (lane, k) in batch.with(HAS_FAN, count) {
+                let h = half_edges[lane] + k as u32;
+                corner(lane, k, h, fan_of(h));
+            }
+        } else {
+            for (lane, &h) in half_edges.iter().enumerate() {
                 for (at, h) in [(0, h), (3, t.prev(HalfEdge(h)).0)] {
-                    if deeper.flags[h as usize] & IS_SHARP != 0 {
-                        side(at, h);
+                    let flags = deeper.flags[h as usize];
+                    if flags & IS_SHARP != 0 {
+                        side(lane, at, h, flags & OWNS_EDGE != 0);
                     }
                 }
                 if deeper.flags[h as usize] & HAS_FAN != 0 {
-                    corner(0, h);
+                    corner(lane, 0, h, fan_of(h));
                 }
                 if let Some(fan) = fans.and_then(|_| deeper.fans.of_centre(t.face.get(h))) {
-                    corners.push((lane, 2, deeper.fans.corner(fan, h)));
+                    corner(lane, 2, h, fan);
                 }
             }
         }

@@ -62,3 +62,44 @@ impl Starts {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ControlMesh;
+    use crate::shapes;
+    use crate::tags::Tags;
+
+    /// Seven by seven quads, the middle one of which is two triangles.
+    fn cut_grid() -> Topology {
+        let grid = shapes::grid(7, 7).mesh;
+        let cut = |(f, face): (usize, &[u32])| match *face {
+            [a, b, c, d] if f == 24 => vec![vec![a, b, c], vec![c, d, a]],
+            _ => vec![face.to_vec()],
+        };
+        let faces: Vec<Vec<u32>> = grid.faces().enumerate().flat_map(cut).collect();
+        Topology::new(&ControlMesh::new(&faces, Tags::default()).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_touches_a_triangle_starts_late_and_needs_what_touches_it() {
+        let t = cut_grid();
+        let starts = Starts::new(&t);
+        let late = (0..t.face_count()).filter(|&f| starts.is_late_face(&t, Face::new(f))).count();
+        // Two triangles and the ring round them; round their sixteen vertices another ring. Of these vertices' edges twelve run
+        // each way between them, one is the cut, and four leave on every side.
+        assert_eq!((starts.has_early, late), (true, 10));
+        let Needed { faces, edges, vertices } = starts.needed(&t);
+        assert_eq!((faces.len(), vertices.len(), edges.len()), (26, 16, 2 * 12 + 1 + 4 * 4));
+    }
+
+    #[test]
+    fn all_quads_start_early_and_no_triangles_do() {
+        let of = |mesh: &ControlMesh| Starts::new(&Topology::new(mesh).unwrap());
+        assert!(of(&shapes::cube().mesh).has_early && !of(&shapes::cube().mesh).is_late(3));
+        for shape in shapes::all_triangles() {
+            let starts = of(&shape.mesh);
+            assert!(!starts.has_early && starts.is_late(0), "{}", shape.name);
+        }
+    }
+}

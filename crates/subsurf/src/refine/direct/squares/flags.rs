@@ -43,3 +43,26 @@ const SHARE: usize = 1 << 13;
 pub(super) fn all_flags(flags: &[u8], first: u32) -> u32 {
     u32::from_le_bytes(*flags[first as usize..].first_chunk().expect("a quad has four sides"))
 }
+
+/// Which of these four have a flag, in as many bits.
+#[inline(always)]
+pub(super) fn with_flag(flags: u32, flag: u8) -> u32 {
+    // Bits 0, 8, 16 and 24 move to 24, 25, 26 and 27.
+    let found = flags >> flag.trailing_zeros() & 0x0101_0101;
+    found.wrapping_mul(0x0102_0408) >> 24 & 15
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_of_four_half_edges_are_four_bits() {
+        for found in 0..16u32 {
+            for flag in [OWNS_EDGE, BACKWARD, OWNS_VERTEX, HAS_FAN, IS_SHARP, IS_EARLY] {
+                let bytes = [0, 1, 2, 3].map(|k| if found >> k & 1 == 1 { flag } else { !flag });
+                assert_eq!(with_flag(u32::from_le_bytes(bytes), flag), found);
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Which vertices lie in and round a square, and their values into lanes.
 
 use crate::index::HalfEdge;
-use crate::kernel::{LANES, Sixteen, lattice_points, turn_back, vectorized};
+use crate::kernel::{LANES, PART, Parts, Sixteen, lattice_points, turn_back, vectorized};
 use crate::real::Real;
 use crate::topology::{NONE, Topology};
 
@@ -27,6 +27,18 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize>(
             let mut ids = [[0; POINTS]; LANES];
             for (ids, &h) in ids.iter_mut().zip(half_edges) {
                 *ids = round(t, h);
+            }
+            if N == PART || N + 1 == PART {
+                // Four numbers at once, where the next overwrite what does not belong there.
+                let (parts, turned) = (Parts::new(level, 0), turned.as_flattened_mut());
+                for (ids, lane) in ids[..half_edges.len()].iter().zip(0..) {
+                    let row = &mut turned[N * stride * lane..][..N * POINTS + PART - N];
+                    for k in 0..POINTS {
+                        let out: &mut [T; PART] = row[N * k..].first_chunk_mut().expect("room for what spills over");
+                        *out = parts.at(ids[k] as usize);
+                    }
+                }
+                return;
             }
             for (ids, row) in ids[..half_edges.len()].iter().zip(turned.chunks_exact_mut(stride)) {
                 for (&id, out) in ids.iter().zip(row) {
