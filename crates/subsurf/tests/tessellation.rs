@@ -219,7 +219,9 @@ fn what_cannot_be_reached_or_held_is_refused_at_once() {
         assert!(matches!(refuse(rates, most), TessellateError::TooFine { .. }), "{rates:?}");
     }
     assert!(matches!(refuse(Rates::EdgeLength(0.01), 1000), TessellateError::TooLarge { .. }));
-    assert!(matches!(refuse(Rates::Uniform(1_000_000), most), TessellateError::TooLarge { .. }));
+    for rate in [1_000_000, u32::MAX - 1, u32::MAX] {
+        assert!(matches!(refuse(Rates::Uniform(rate), most), TessellateError::TooLarge { .. }));
+    }
     assert!(matches!(refuse(Rates::Uniform(0), most), TessellateError::ZeroRate));
     for rates in [Rates::Tolerance(f64::NAN), Rates::Tolerance(-1.0), Rates::EdgeLength(0.0)] {
         assert!(matches!(refuse(rates, most), TessellateError::NotPositive { .. }), "{rates:?}");

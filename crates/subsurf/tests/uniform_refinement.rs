@@ -1,42 +1,13 @@
 //! Laws of uniform refinement in one step: it says what refinement level by level says, on all shapes and on random meshes.
 
+mod every_scheme;
 mod random_mesh;
 
-use random_mesh::{Mesh, for_all, recipe};
+use every_scheme::everywhere;
 use subsurf::shapes;
 use subsurf::{
     Channel, ControlMesh, Corner, Crease, Creasing, Face, FaceVarying, Level, Real, Scheme, Tags, UniformRefinement,
 };
-
-type Law = fn(&ControlMesh, &[[f64; 3]], Scheme) -> Result<(), String>;
-
-/// Checks a law on all shapes and on as many random meshes, under all schemes.
-fn everywhere(cases: u32, law: Law) {
-    let quads = shapes::all().into_iter().chain(shapes::tagged());
-    let triangles = || shapes::all_triangles().into_iter().chain([shapes::pillow()]);
-    for shape in quads.chain(triangles()) {
-        for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
-            law(&shape.mesh, &shape.positions, scheme).unwrap_or_else(|e| panic!("{} {scheme:?}: {e}", shape.name));
-        }
-    }
-    for shape in triangles() {
-        law(&shape.mesh, &shape.positions, Scheme::Loop).unwrap_or_else(|e| panic!("{} Loop: {e}", shape.name));
-    }
-    for_all(recipe(), cases, 31, |recipe| {
-        let Mesh { mesh, positions } = recipe.mesh();
-        law(&mesh, &positions, Scheme::CatmullClark)?;
-        law(&mesh, &positions, Scheme::Bilinear)?;
-        law(&triangulated(&mesh), &positions, Scheme::Loop).map_err(|e| format!("Loop: {e}"))
-    });
-}
-
-/// The mesh with its faces cut into triangles from their first corners.
-fn triangulated(mesh: &ControlMesh) -> ControlMesh {
-    let fan = |face: &[u32]| (1..face.len() - 1).map(|i| [face[0], face[i], face[i + 1]]).collect::<Vec<_>>();
-    let faces: Vec<[u32; 3]> = mesh.faces().flat_map(fan).collect();
-    let tags = Tags { holes: Vec::new(), ..mesh.tags().clone() };
-    ControlMesh::from_counts(mesh.vertex_count(), &vec![3; faces.len()], faces.concat(), tags).unwrap()
-}
 
 /// So many copies of a mesh side by side: groups of faces have as many members each, which makes trees pay at any depth.
 fn copies(mesh: &ControlMesh, points: &[[f64; 3]], count: u32) -> (ControlMesh, Vec<[f64; 3]>) {
@@ -96,7 +67,7 @@ fn check<T: Real, const N: usize>(control: &Level, values: &[[T; N]], depth: u32
 
 #[test]
 fn one_step_is_refinement_level_by_level() {
-    everywhere(60, |mesh, points, scheme| {
+    everywhere(60, 31, |mesh, points, scheme| {
         let control = Level::new(mesh, scheme).unwrap();
         for depth in 0..=depth_for(mesh) {
             // Each of four levels adds up to a hundred terms, which sum to the unit, with 1e-16 each; they average.
@@ -124,7 +95,7 @@ fn with_averaged_creases(mesh: &ControlMesh) -> ControlMesh {
 
 #[test]
 fn trees_of_shared_groups_are_refinement_at_any_depth() {
-    everywhere(25, |mesh, points, scheme| {
+    everywhere(25, 31, |mesh, points, scheme| {
         let mesh = if scheme == Scheme::CatmullClark { with_averaged_creases(mesh) } else { mesh.clone() };
         // A level has at least twice as many vertices as the control mesh faces.
         let (mesh, points) = copies(&mesh, points, 40);
@@ -179,7 +150,7 @@ fn without_trees_only_what_is_sharp_has_rules_of_its_own() {
 
 #[test]
 fn any_level_may_hold_the_control_points() {
-    everywhere(10, |mesh, points, scheme| {
+    everywhere(10, 31, |mesh, points, scheme| {
         let control = Level::new(mesh, scheme).unwrap();
         check(&control.refine().unwrap(), &control.refine_values(points), depth_for(mesh) - 1, 1e-14)
     });
@@ -187,7 +158,7 @@ fn any_level_may_hold_the_control_points() {
 
 #[test]
 fn channels_are_refined_as_level_by_level() {
-    everywhere(10, |mesh, points, scheme| {
+    everywhere(10, 31, |mesh, points, scheme| {
         let control = Level::new(mesh, scheme).unwrap();
         let t = control.topology();
         // Seams wherever one of five neighbours disagrees: three values to every vertex.
@@ -207,7 +178,7 @@ fn channels_are_refined_as_level_by_level() {
 
 #[test]
 fn constants_come_out_exactly_and_threads_change_no_bit() {
-    everywhere(10, |mesh, points, scheme| {
+    everywhere(10, 31, |mesh, points, scheme| {
         let refinement = UniformRefinement::new(mesh, scheme, 3).unwrap();
         let constant = vec![[0.1f32, -7.3, 1e9]; points.len()];
         require(refinement.refine(&constant).iter().all(|v| *v == constant[0]), || "a constant changes".to_owned())?;

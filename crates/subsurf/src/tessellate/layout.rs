@@ -1,8 +1,10 @@
 //! Where every sample goes: rates per edge, and the index of every point.
 
+mod walk;
+
 use super::TessellateError;
-use super::grid::{self, Parts};
-use super::patch_grid::{PatchGrid, inner_points, on_side};
+use super::grid::Parts;
+use super::patch_grid::{PatchGrid, on_side};
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::limit::{Location, PatchTable};
 use crate::mesh::MAX_COUNT;
@@ -10,7 +12,7 @@ use crate::scheme::SplitKind;
 use crate::topology::NONE;
 use std::borrow::Cow;
 use std::ops::Range;
-use subsurf_memory::{with_capacity, zeroed};
+use walk::{AnyOrder, InOrder, Walked, walk};
 
 /// Facets along edges and inside patches.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,16 +93,15 @@ impl<'a> Layout<'a> {
             [whole, of_sub] => PatchRates::Uniform { rate: whole.max(2 * of_sub), edges: rates.edges() },
         };
         let in_order = match rates {
-            PatchRates::Uniform { .. } => Self::walk(table, &rates, &mut InOrder { next: 0, table }),
+            PatchRates::Uniform { .. } => walk(table, &rates, &mut InOrder::new(table)),
             PatchRates::Each { .. } => None,
         };
         let (walked, edge_first, edge_owner) = match in_order {
             Some(walked) => (walked, Vec::new(), Cow::Borrowed(&table.topology().edge_half_edge[..])),
             None => {
-                let edges = table.topology().edge_count();
-                let mut listed = Listed { owner: vec![NONE; edges], first: vec![0; edges] };
-                let walked = Self::walk(table, &rates, &mut listed).expect("every order can be listed");
-                (walked, listed.first, Cow::Owned(listed.owner))
+                let mut edges = AnyOrder::new(table.topology().edge_count());
+                let walked = walk(table, &rates, &mut edges).expect("every order can be listed");
+                (walked, edges.first, Cow::Owned(edges.owner))
             }
         };
         let Walked { mut vertex_owner, mut vertex_slot, owned, face_first, chunk_starts, counts } = walked;
@@ -136,62 +137,6 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Goes over all faces in order, and notes what each comes to first; none where `edges` cannot say.
-    fn walk(table: &PatchTable, rates: &PatchRates, edges: &mut impl FirstEdges) -> Option<Walked> {
-        let t = table.topology();
-        let is_triangle = table.scheme().split() == SplitKind::Triangles;
-        let [mut vertex_owner, mut vertex_slot] = [0; 2].map(|_| with_capacity(t.vertex_count()));
-        vertex_owner.resize(t.vertex_count(), NONE);
-        vertex_slot.resize(t.vertex_count(), NONE);
-        let mut owned = zeroed(table.patch_count());
-        let mut face_first = with_capacity(t.face_count() + 1);
-        let mut chunk_starts = Vec::with_capacity(t.face_count() / CHUNK as usize + 2);
-        // Counts that overflow here are refused by `check`.
-        let mut counts = [0u64; 3];
-        for f in (0..t.face_count() as u32).map(Face) {
-            if f.0 % CHUNK == 0 {
-                chunk_starts.push([counts[0], counts[1]].map(|count| count as u32));
-            }
-            face_first.push(counts[2] as u32);
-            if t.is_hole(f) {
-                continue;
-            }
-            let (first, sides) = (t.first(f), t.sides(f) as u32);
-            let (patch, subfaces) = (table.patch(f, 0), table.subfaces(f));
-            for side in 0..sides {
-                let h = HalfEdge(first + side);
-                let v = t.origin(h).index();
-                if vertex_owner[v] == NONE {
-                    (vertex_owner[v], vertex_slot[v]) = (h.0, counts[0] as u32);
-                    counts[0] += 1;
-                    if subfaces == 1 {
-                        owned[patch] |= grid::corner(side as u8);
-                    } else {
-                        owned[patch + side as usize] |= grid::corner(0);
-                    }
-                }
-                let e = t.edge(h);
-                if !edges.is_first(e, h, counts[1] as u32)? {
-                    continue;
-                }
-                counts[1] += u64::from(rates.edge(e)) - 1;
-                if subfaces == 1 {
-                    owned[patch] |= grid::side(side as u8);
-                } else {
-                    owned[patch + side as usize] |= grid::side(0);
-                    owned[patch + ((side + 1) % sides) as usize] |= grid::side(3);
-                }
-            }
-            let cells = rates.patch(patch, subfaces).map(u64::from);
-            let (nu, inner) = (cells[0], inner_points(is_triangle, cells));
-            let n = u64::from(subfaces);
-            // Sub-faces share the centre and the points inside their spokes.
-            counts[2] += if n == 1 { inner } else { 1 + n * (nu - 1) + n * inner };
-        }
-        face_first.push(counts[2] as u32);
-        chunk_starts.push([counts[0], counts[1]].map(|count| count as u32));
-        edges.is_complete().then_some(Walked { vertex_owner, vertex_slot, owned, face_first, chunk_starts, counts })
-    }
     /// True where no face is a hole, or has sub-faces.
     pub fn is_plain(&self) -> bool {
         let t = self.table.topology();
@@ -208,7 +153,7 @@ impl<'a> Layout<'a> {
     }
 
     pub fn check(&self, most_points: u64) -> Result<(), TessellateError> {
-        let count = self.counts.iter().sum();
+        let count = self.counts.iter().fold(0, |sum: u64, &count| sum.saturating_add(count));
         let limit = most_points.min(MAX_COUNT as u64);
         if count > limit {
             return Err(TessellateError::TooLarge { what: "points", count, limit });
@@ -433,69 +378,6 @@ impl<'a> Layout<'a> {
     /// Owner and number of every point inside an edge, in order.
     pub fn edge_samples(&self) -> Vec<(HalfEdge, u32)> {
         self.edges().flat_map(|(e, h)| (1..self.rates.edge(e)).map(move |k| (h, k))).collect()
-    }
-}
-
-/// What a walk over all faces finds.
-struct Walked {
-    /// By vertex, the corner that comes to it first, and how many vertices come before.
-    vertex_owner: Vec<u32>,
-    vertex_slot: Vec<u32>,
-    owned: Vec<Parts>,
-    face_first: Vec<u32>,
-    chunk_starts: Vec<[u32; 2]>,
-    counts: [u64; 3],
-}
-
-/// Tells which half-edge comes to an edge first.
-trait FirstEdges {
-    /// True where nobody came before, who has left `points` points behind; none where this cannot be said.
-    fn is_first(&mut self, e: Edge, h: HalfEdge, points: u32) -> Option<bool>;
-
-    /// True where all that was said holds.
-    fn is_complete(&self) -> bool;
-}
-
-/// Edges that are numbered as faces come to them.
-struct InOrder<'a> {
-    next: u32,
-    table: &'a PatchTable,
-}
-
-impl FirstEdges for InOrder<'_> {
-    #[inline(always)]
-    fn is_first(&mut self, e: Edge, h: HalfEdge, _: u32) -> Option<bool> {
-        if e.0 < self.next {
-            return Some(false);
-        }
-        let fits = e.0 == self.next && self.table.topology().edge_half_edge[e.index()] == h.0;
-        self.next += 1;
-        fits.then_some(true)
-    }
-
-    fn is_complete(&self) -> bool {
-        self.next as usize == self.table.topology().edge_count()
-    }
-}
-
-/// Edges in any order.
-struct Listed {
-    owner: Vec<u32>,
-    first: Vec<u32>,
-}
-
-impl FirstEdges for Listed {
-    #[inline(always)]
-    fn is_first(&mut self, e: Edge, h: HalfEdge, points: u32) -> Option<bool> {
-        let is_first = self.owner[e.index()] == NONE;
-        if is_first {
-            (self.owner[e.index()], self.first[e.index()]) = (h.0, points);
-        }
-        Some(is_first)
-    }
-
-    fn is_complete(&self) -> bool {
-        true
     }
 }
 
