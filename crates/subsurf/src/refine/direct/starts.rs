@@ -53,14 +53,17 @@ impl Starts {
             t.face_vertices(f).iter().for_each(|&v| is_corner[v as usize] = true);
         }
         let touches = |vertices: &[u32]| vertices.iter().any(|&v| is_corner[v as usize]);
-        let ascending =
-            |count: usize, is: &dyn Fn(usize) -> bool| (0..count as u32).filter(|&i| is(i as usize)).collect();
         Needed {
-            faces: ascending(t.face_count(), &|f| touches(t.face_vertices(Face::new(f)))),
-            edges: ascending(t.edge_count(), &|e| touches(&t.edge_vertices[e])),
-            vertices: ascending(t.vertex_count(), &|v| is_corner[v]),
+            faces: ascending(t.face_count(), |f| touches(t.face_vertices(Face::new(f)))),
+            edges: ascending(t.edge_count(), |e| touches(&t.edge_vertices[e])),
+            vertices: ascending(t.vertex_count(), |v| is_corner[v]),
         }
     }
+}
+
+/// The numbers below `count` of which something is true.
+fn ascending(count: usize, is: impl Fn(usize) -> bool) -> Vec<u32> {
+    (0..count).filter(|&i| is(i)).map(|i| i as u32).collect()
 }
 
 #[cfg(test)]
