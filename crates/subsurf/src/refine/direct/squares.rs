@@ -196,7 +196,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let (mut from, mut to) = (from, to);
         let start = usize::from(KIND != EARLY_QUADS);
         let level = levels[start];
-        if (deeper.depth as usize - start) % 2 == 0 {
+        if (deeper.depth as usize - start).is_multiple_of(2) {
             std::mem::swap(&mut from, &mut to);
         }
         let mut size = match KIND {

@@ -78,7 +78,7 @@ pub(super) fn round_control_quad<const ALL: bool>(t: &Topology, first: u32) -> [
 #[inline(always)]
 pub(in super::super) fn in_quad(t: &Topology, h: u32, by: u32) -> u32 {
     let first = t.face.first_of_few(h);
-    first + (h - first + by & 3)
+    first + ((h - first + by) & 3)
 }
 
 /// The vertices of level 1 in and round a quad with first half-edge `first`, as a lattice of size 2. What lies across a corner
