@@ -1,5 +1,5 @@
-// Uniform refinement and stencil tables as they are used for speed: single precision, no topology beyond what
-// interpolation needs, compact tables. src/performance/rivals/uniform.rs is the only caller.
+// Uniform refinement and stencil tables as they are used for speed: no topology beyond what interpolation
+// needs, compact tables. src/performance/rivals/uniform.rs is the only caller.
 
 #include "peer.h"
 
@@ -12,6 +12,23 @@
 struct PeerStencils {
     std::unique_ptr<Far::StencilTable const> table;
 };
+
+namespace {
+
+template <class Real>
+void limitPoints(Far::TopologyRefiner const& refiner, Real const* points, Real* position, Real* du, Real* dv) {
+    using P = Point<Real>;
+    Far::PrimvarRefinerReal<Real> primvar(refiner);
+    P const* from = reinterpret_cast<P const*>(points);
+    P *p = reinterpret_cast<P*>(position), *u = reinterpret_cast<P*>(du), *v = reinterpret_cast<P*>(dv);
+    if (du) {
+        primvar.Limit(from, p, u, v);
+    } else {
+        primvar.Limit(from, p);
+    }
+}
+
+}  // namespace
 
 extern "C" {
 
@@ -36,18 +53,14 @@ void peer_uniform_counts(PeerRefiner const* r, int counts[3]) {
 
 // `points` has room for all levels; those of the control mesh are given.
 void peer_uniform_points(PeerRefiner const* r, float* points) { interpolateLevels(*r->refiner, points); }
+void peer_uniform_points_double(PeerRefiner const* r, double* points) { interpolateLevels(*r->refiner, points); }
 
-// Limit points and tangents of the vertices of the last level.
+// Limit points and tangents of the vertices of the last level; tangents may be null.
 void peer_uniform_limit(PeerRefiner const* r, float const* points, float* position, float* du, float* dv) {
-    using P = Point<float>;
-    Far::PrimvarRefinerReal<float> primvar(*r->refiner);
-    P const* from = reinterpret_cast<P const*>(points);
-    P *p = reinterpret_cast<P*>(position), *u = reinterpret_cast<P*>(du), *v = reinterpret_cast<P*>(dv);
-    if (du) {
-        primvar.Limit(from, p, u, v);
-    } else {
-        primvar.Limit(from, p);
-    }
+    limitPoints(*r->refiner, points, position, du, dv);
+}
+void peer_uniform_limit_double(PeerRefiner const* r, double const* points, double* position, double* du, double* dv) {
+    limitPoints(*r->refiner, points, position, du, dv);
 }
 
 // Stencils of the last level's vertices over the control points.

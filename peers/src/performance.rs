@@ -33,7 +33,7 @@ use std::time::{Duration, Instant};
 pub const USAGE: &str = "usage: peers performance [options]
   --models DIR        where models are; default ../shared/models, then the repository's assets
   --only SECTION,...  these sections alone: build refine huge-pages animation tessellate stencils limit limit-stencils
-                      creases memory threads edits scaling
+                      double creases memory threads edits scaling
   --on MESH,...       these meshes alone: catmark_car mh_shoes03_semisharp makehuman_base ict_face_neutral cage_10k cage_100k
                       cage_1m cage_10m
   --quick             fewer and smaller meshes, fewer rounds

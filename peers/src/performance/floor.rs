@@ -23,9 +23,9 @@ fn fill(
 }
 
 /// Rows of numbers, over what was there.
-pub fn renew<const N: usize>(rows: &mut [[f32; N]], frame: f32) {
+pub fn renew<T: Copy + From<f32>, const N: usize>(rows: &mut [[T; N]], frame: f32) {
     for (i, row) in rows.iter_mut().enumerate() {
-        *row = [i as f32 + frame; N];
+        *row = [T::from(i as f32 + frame); N];
     }
     std::hint::black_box(rows);
 }

@@ -3,7 +3,7 @@
 use super::case::Case;
 use crate::shape::Shape;
 use subsurf::{
-    Crease, Level, LimitStencilTable, LimitSurface, Location, PatchTable, Rates, StencilTable, TableEditor,
+    Crease, Level, LimitStencilTable, LimitSurface, Location, PatchTable, Rates, Real, StencilTable, TableEditor,
     TessellateOptions, Tessellation, UniformRefinement,
 };
 
@@ -42,7 +42,7 @@ impl Refinement {
     }
 
     /// The positions of the level from new control points, over what was there.
-    pub fn update(&self, control: &[[f32; 3]], out: &mut [[f32; 3]]) {
+    pub fn update<T: Real>(&self, control: &[[T; 3]], out: &mut [[T; 3]]) {
         self.0.refine_into(control, out);
     }
 }
@@ -71,33 +71,33 @@ fn options(rate: u32, normals: bool) -> TessellateOptions {
 
 /// Points and normals of a tessellation.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Samples {
-    pub points: Vec<[f32; 3]>,
-    pub normals: Vec<[f32; 3]>,
+pub struct Samples<T> {
+    pub points: Vec<[T; 3]>,
+    pub normals: Vec<[T; 3]>,
 }
 
 /// What stays when positions change.
-pub struct Tessellator<'a>(subsurf::Tessellator<'a, f32>);
+pub struct Tessellator<'a, T>(subsurf::Tessellator<'a, T>);
 
-impl<'a> Tessellator<'a> {
-    pub fn new(table: &'a PatchTable, control: &'a [[f32; 3]], rate: u32, normals: bool) -> Self {
+impl<'a, T: Real> Tessellator<'a, T> {
+    pub fn new(table: &'a PatchTable, control: &[[T; 3]], rate: u32, normals: bool) -> Self {
         Self(table.tessellator(control, &options(rate, normals)).expect(FITS))
     }
 
     /// Room for what is evaluated.
-    pub fn samples(&self) -> Samples {
-        let [points, normals] = [self.0.point_count(), self.0.normal_count()].map(|n| vec![[0.0; 3]; n]);
+    pub fn samples(&self) -> Samples<T> {
+        let [points, normals] = [self.0.point_count(), self.0.normal_count()].map(|n| vec![[T::default(); 3]; n]);
         Samples { points, normals }
     }
 
     /// Points and normals from new control points, over what was there.
-    pub fn update(&self, control: &[[f32; 3]], out: &mut Samples) {
+    pub fn update(&self, control: &[[T; 3]], out: &mut Samples<T>) {
         self.0.evaluate_into(control, &mut out.points, &mut out.normals);
     }
 }
 
 /// Position and first derivatives at places, in the order given.
-pub fn eval(surface: &LimitSurface<'_, f32, 3>, places: &[Location], rows: &mut [[[f32; 3]; 3]]) {
+pub fn eval<T: Real>(surface: &LimitSurface<'_, T, 3>, places: &[Location], rows: &mut [[[T; 3]; 3]]) {
     assert!(surface.eval_into(places, rows).is_empty(), "no place is a vertex or a hole");
 }
 

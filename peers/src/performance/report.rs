@@ -48,7 +48,7 @@ pub fn write(document: &Path, records: &[Record], failures: &[String]) -> Result
 const INTRODUCTION: &str = "\
 # Performance
 
-Ours beside other implementations, in one run, on the same meshes with the same output, in single precision. Written by
+Ours beside other implementations, in one run, on the same meshes with the same output, in single precision but for one section. Written by
 
     cargo run --release --manifest-path peers/Cargo.toml -- performance --write docs/performance.md
 

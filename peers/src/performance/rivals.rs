@@ -25,6 +25,7 @@ pub mod name {
     pub const KERNELS_STENCILS: &str = "subdiv-kernels stencils";
     pub const HALF_EDGE: &str = "half-edge";
     pub const OURS: &str = "subsurf";
+    pub const OURS_SINGLE: &str = "subsurf, single";
     pub const OUR_STENCILS: &str = "subsurf stencils";
     pub const OURS_ANEW: &str = "subsurf, built anew";
     pub const FLOOR: &str = "writing the output";

@@ -2,6 +2,7 @@
 
 mod build;
 mod creases;
+mod double;
 mod edits;
 mod limit;
 mod memory;
@@ -50,7 +51,7 @@ const C1M: &str = "cage_1m";
 const C10M: &str = "cage_10m";
 
 /// In the order of the document.
-pub const SECTIONS: [Section; 13] = [
+pub const SECTIONS: [Section; 14] = [
     Section {
         name: "build",
         title: "Build: from face lists to a surface that is ready to evaluate",
@@ -113,6 +114,14 @@ pub const SECTIONS: [Section; 13] = [
         meshes: &[CAR, SHOES, CHARACTER, C10K],
         quick: &[CAR],
         run: stencils::limit,
+        environment: &[],
+    },
+    Section {
+        name: "double",
+        title: "Double precision: new positions, and random places",
+        meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
+        quick: &[CAR],
+        run: double::run,
         environment: &[],
     },
     Section {

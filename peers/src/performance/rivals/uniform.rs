@@ -1,5 +1,5 @@
 //! OpenSubdiv's uniform refinement: `Far::TopologyRefiner`, `PrimvarRefiner` and `StencilTable`, applied by
-//! `Osd::CpuEvaluator`. Single precision throughout.
+//! `Osd::CpuEvaluator`. Stencils are in single precision, all else in either.
 
 #![allow(unsafe_code)]
 
@@ -30,6 +30,14 @@ unsafe extern "C" {
         du: *mut [f32; 3],
         dv: *mut [f32; 3],
     );
+    fn peer_uniform_points_double(refiner: *const PeerRefiner, points: *mut [f64; 3]);
+    fn peer_uniform_limit_double(
+        refiner: *const PeerRefiner,
+        points: *const [f64; 3],
+        position: *mut [f64; 3],
+        du: *mut [f64; 3],
+        dv: *mut [f64; 3],
+    );
     fn peer_stencils(refiner: *const PeerRefiner) -> *mut PeerStencils;
     fn peer_stencils_free(stencils: *mut PeerStencils);
     fn peer_stencils_count(stencils: *const PeerStencils) -> c_int;
@@ -41,6 +49,38 @@ unsafe extern "C" {
         start: c_int,
         end: c_int,
     );
+}
+
+type Points<T> = unsafe extern "C" fn(*const PeerRefiner, *mut [T; 3]);
+type Limit<T> = unsafe extern "C" fn(*const PeerRefiner, *const [T; 3], *mut [T; 3], *mut [T; 3], *mut [T; 3]);
+
+/// Single or double precision.
+pub trait Precision: subsurf::Real + std::ops::Div<Output = Self> {
+    #[doc(hidden)]
+    const POINTS: Points<Self>;
+    #[doc(hidden)]
+    const LIMIT: Limit<Self>;
+
+    /// Its square root.
+    fn root(self) -> Self;
+}
+
+impl Precision for f32 {
+    const POINTS: Points<f32> = peer_uniform_points;
+    const LIMIT: Limit<f32> = peer_uniform_limit;
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Precision for f64 {
+    const POINTS: Points<f64> = peer_uniform_points_double;
+    const LIMIT: Limit<f64> = peer_uniform_limit_double;
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
 }
 
 /// A mesh refined some times.
@@ -89,28 +129,33 @@ impl Uniform {
     }
 
     /// Points of all levels, those of the control mesh in place.
-    pub fn points(&self, control: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    pub fn points<T: Precision>(&self, control: &[[T; 3]]) -> Vec<[T; 3]> {
         let mut all = Vec::with_capacity(self.vertices[0]);
         all.extend_from_slice(control);
-        all.resize(self.vertices[0], [0.0; 3]);
+        all.resize(self.vertices[0], [T::default(); 3]);
         all
     }
 
     /// `PrimvarRefiner::Interpolate`, level by level; the last level's points are the last.
-    pub fn interpolate(&self, control: &[[f32; 3]], points: &mut [[f32; 3]]) {
+    pub fn interpolate<T: Precision>(&self, control: &[[T; 3]], points: &mut [[T; 3]]) {
         assert!(control.len() == self.control && points.len() == self.vertices[0], "one point per vertex");
         points[..self.control].copy_from_slice(control);
         // SAFETY: there is room for all levels.
-        unsafe { peer_uniform_points(self.refiner.0, points.as_mut_ptr()) };
+        unsafe { T::POINTS(self.refiner.0, points.as_mut_ptr()) };
     }
 
     /// The last level's points out of those of all levels.
-    pub fn last<'a>(&self, points: &'a [[f32; 3]]) -> &'a [[f32; 3]] {
+    pub fn last<'a, T>(&self, points: &'a [[T; 3]]) -> &'a [[T; 3]] {
         &points[self.vertices[0] - self.vertices[1]..]
     }
 
     /// `PrimvarRefiner::Limit` of the last level's vertices: positions, and two tangents where asked for.
-    pub fn limit(&self, points: &[[f32; 3]], position: &mut [[f32; 3]], tangents: Option<[&mut [[f32; 3]]; 2]>) {
+    pub fn limit<T: Precision>(
+        &self,
+        points: &[[T; 3]],
+        position: &mut [[T; 3]],
+        tangents: Option<[&mut [[T; 3]]; 2]>,
+    ) {
         let n = self.vertices[1];
         assert!(self.full, "limits need full topology");
         assert_eq!(position.len(), n, "one point per vertex of the last level");
@@ -122,7 +167,7 @@ impl Uniform {
             None => [std::ptr::null_mut(); 2],
         };
         // SAFETY: all arrays have one entry per vertex of the last level.
-        unsafe { peer_uniform_limit(self.refiner.0, self.last(points).as_ptr(), position.as_mut_ptr(), du, dv) };
+        unsafe { T::LIMIT(self.refiner.0, self.last(points).as_ptr(), position.as_mut_ptr(), du, dv) };
     }
 }
 

@@ -138,7 +138,7 @@ pub fn warm(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
 }
 
 /// 0, 1, 2, 3, 0, …: which frame is next.
-fn counter() -> impl Fn() -> usize {
+pub fn counter() -> impl Fn() -> usize {
     let count = std::cell::Cell::new(0);
     move || {
         count.set(count.get() + 1);

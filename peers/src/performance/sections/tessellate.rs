@@ -8,7 +8,7 @@ use super::super::rivals::embree::Embree;
 use super::super::rivals::faces::FaceSurfaces;
 use super::super::rivals::name::*;
 use super::super::rivals::patches::{Frames, Patches};
-use super::super::rivals::uniform::Uniform;
+use super::super::rivals::uniform::{Precision, Uniform};
 use super::super::{floor, ours};
 use super::{Context, Emit, agreement};
 use std::cell::RefCell;
@@ -32,7 +32,7 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
             let refined = Uniform::full(mesh, &case.shape, level)?;
             let mut all = refined.points(control);
             let mut out = Frames::new(refined.vertex_count());
-            limit(&refined, control, &mut all, &mut out, normals);
+            limit(&refined, control, &mut all, &mut out.0, normals);
             Ok((refined, out))
         };
         let far_agrees = refined_to_limit().map(|(_, out)| sorted_agreement(context, &sample.positions, &out.0[0]));
@@ -125,7 +125,7 @@ fn warm(
         Ok(())
     });
     contest.enter(FAR, || {
-        limit(&refined, &frame, &mut refined_points.borrow_mut(), &mut refined_out.borrow_mut(), normals);
+        limit(&refined, &frame, &mut refined_points.borrow_mut(), &mut refined_out.borrow_mut().0, normals);
         Ok(())
     });
     match &patches {
@@ -165,14 +165,19 @@ fn warm(
 }
 
 /// `Interpolate` and `Limit`; with normals, tangents and their products, as ours gives unit normals.
-fn limit(refined: &Uniform, control: &[[f32; 3]], all: &mut [[f32; 3]], out: &mut Frames, normals: bool) {
+pub fn limit<T: Precision>(
+    refined: &Uniform,
+    control: &[[T; 3]],
+    all: &mut [[T; 3]],
+    [position, du, dv]: &mut [Vec<[T; 3]>; 3],
+    normals: bool,
+) {
     refined.interpolate(control, all);
-    let [position, du, dv] = &mut out.0;
     refined.limit(all, position, normals.then_some([&mut du[..], &mut dv[..]]));
     if normals {
         for (a, b) in du.iter_mut().zip(dv) {
             let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-            let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+            let length = T::root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
             *a = n.map(|x| x / length);
         }
     }

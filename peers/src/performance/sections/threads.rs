@@ -85,7 +85,7 @@ fn same_bits(
     case: &Case,
     pools: &[ThreadPool],
     level: u32,
-    tessellator: &ours::Tessellator<'_>,
+    tessellator: &ours::Tessellator<'_, f32>,
     refinement: &ours::Refinement,
 ) -> Result<(), String> {
     let results = |pool: &ThreadPool| {
