@@ -17,7 +17,8 @@ pub use block::Lanes;
 use block::store_each;
 pub(crate) use lattice::{RowRule, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, turn_back};
 pub(crate) use normal::unit_normals_of;
-pub(crate) use parts::{PART, Part, Parts, put};
+pub use parts::{PART, Part, PartLanes};
+pub(crate) use parts::{Parts, put};
 pub(crate) use surface::{Ring, Samples, SurfaceMatrix};
 
 /// Samples of a block: one 512-bit vector of `f32`.

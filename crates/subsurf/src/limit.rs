@@ -9,7 +9,6 @@ mod deflated;
 mod eigen;
 mod fan_class;
 mod fans;
-mod fours;
 mod gather;
 mod jet;
 mod lanes;
@@ -20,6 +19,7 @@ mod patch_table;
 mod places;
 pub(crate) mod plan;
 mod plan_key;
+mod powers;
 
 mod rows;
 mod sampler;

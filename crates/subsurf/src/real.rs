@@ -1,6 +1,6 @@
 //! The two precisions of values. Weights are computed in `f64`; values are stored in what the caller chose.
 
-use crate::kernel::Lanes;
+use crate::kernel::PartLanes;
 use std::ops::{Add, Mul, Sub};
 
 mod sealed {
@@ -12,7 +12,7 @@ mod sealed {
 /// `f32` or `f64`.
 pub trait Real:
     sealed::Sealed
-    + Lanes
+    + PartLanes
     + Copy
     + Send
     + Sync

@@ -1,12 +1,112 @@
-//! Points of any list four components at a time, as vector lanes want them.
+//! Points of any list four components at a time, as vector lanes want them, and such parts as vectors.
 
+use super::block::Lanes;
 use crate::real::Real;
+use fearless_simd::{Simd, SimdFrom, f32x4, f64x4};
 
 /// Components of a part: values of more have several.
-pub(crate) const PART: usize = 4;
+pub const PART: usize = 4;
 
 /// Up to four components of a value; what lies beyond the last one is of no use.
-pub(crate) type Part<T> = [T; PART];
+pub type Part<T> = [T; PART];
+
+/// What loops over parts ask of a number. All operations round as those of single numbers do.
+#[doc(hidden)]
+pub trait PartLanes: Lanes {
+    /// A part: one number per component.
+    type Four<S: Simd>: Copy;
+
+    fn four<S: Simd>(simd: S, part: Part<Self>) -> Self::Four<S>;
+    fn part<S: Simd>(simd: S, x: Self::Four<S>) -> Part<Self>;
+    fn four_times<S: Simd>(simd: S, a: Self::Four<S>, b: Self::Four<S>) -> Self::Four<S>;
+    fn four_plus<S: Simd>(simd: S, a: Self::Four<S>, b: Self::Four<S>) -> Self::Four<S>;
+    fn four_minus<S: Simd>(simd: S, a: Self::Four<S>, b: Self::Four<S>) -> Self::Four<S>;
+    /// Four parts side by side.
+    fn joined<S: Simd>(simd: S, parts: [Self::Four<S>; 4]) -> Self::Block<S>;
+    /// The four parts of a block.
+    fn parted<S: Simd>(simd: S, x: Self::Block<S>) -> [Self::Four<S>; 4];
+}
+
+impl PartLanes for f32 {
+    type Four<S: Simd> = f32x4<S>;
+
+    #[inline(always)]
+    fn four<S: Simd>(simd: S, part: Part<Self>) -> f32x4<S> {
+        f32x4::simd_from(simd, part)
+    }
+
+    #[inline(always)]
+    fn part<S: Simd>(_: S, x: f32x4<S>) -> Part<Self> {
+        x.into()
+    }
+
+    #[inline(always)]
+    fn four_times<S: Simd>(simd: S, a: f32x4<S>, b: f32x4<S>) -> f32x4<S> {
+        simd.mul_f32x4(a, b)
+    }
+
+    #[inline(always)]
+    fn four_plus<S: Simd>(simd: S, a: f32x4<S>, b: f32x4<S>) -> f32x4<S> {
+        simd.add_f32x4(a, b)
+    }
+
+    #[inline(always)]
+    fn four_minus<S: Simd>(simd: S, a: f32x4<S>, b: f32x4<S>) -> f32x4<S> {
+        simd.sub_f32x4(a, b)
+    }
+
+    #[inline(always)]
+    fn joined<S: Simd>(simd: S, [a, b, c, d]: [f32x4<S>; 4]) -> Self::Block<S> {
+        simd.combine_f32x8(simd.combine_f32x4(a, b), simd.combine_f32x4(c, d))
+    }
+
+    #[inline(always)]
+    fn parted<S: Simd>(simd: S, x: Self::Block<S>) -> [f32x4<S>; 4] {
+        let (low, high) = simd.split_f32x16(x);
+        let ((a, b), (c, d)) = (simd.split_f32x8(low), simd.split_f32x8(high));
+        [a, b, c, d]
+    }
+}
+
+impl PartLanes for f64 {
+    type Four<S: Simd> = f64x4<S>;
+
+    #[inline(always)]
+    fn four<S: Simd>(simd: S, part: Part<Self>) -> f64x4<S> {
+        f64x4::simd_from(simd, part)
+    }
+
+    #[inline(always)]
+    fn part<S: Simd>(_: S, x: f64x4<S>) -> Part<Self> {
+        x.into()
+    }
+
+    #[inline(always)]
+    fn four_times<S: Simd>(simd: S, a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+        simd.mul_f64x4(a, b)
+    }
+
+    #[inline(always)]
+    fn four_plus<S: Simd>(simd: S, a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+        simd.add_f64x4(a, b)
+    }
+
+    #[inline(always)]
+    fn four_minus<S: Simd>(simd: S, a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+        simd.sub_f64x4(a, b)
+    }
+
+    #[inline(always)]
+    fn joined<S: Simd>(simd: S, [a, b, c, d]: [f64x4<S>; 4]) -> Self::Block<S> {
+        [simd.combine_f64x4(a, b), simd.combine_f64x4(c, d)]
+    }
+
+    #[inline(always)]
+    fn parted<S: Simd>(simd: S, x: Self::Block<S>) -> [f64x4<S>; 4] {
+        let ((a, b), (c, d)) = (simd.split_f64x8(x[0]), simd.split_f64x8(x[1]));
+        [a, b, c, d]
+    }
+}
 
 /// A part of every value of a list.
 #[derive(Clone, Copy)]

@@ -3,10 +3,9 @@
 
 use super::LimitSurface;
 use super::batch::Exceptional;
-use super::fours::Fours;
-use super::lanes::{Panel, Piece, curves, turns, weighted};
+use super::lanes::{Frame, Panel, Piece, Rows, rows, turns};
 use super::places::Places;
-use super::plan::{ControlPoints, Plan, Spot, SubPatch};
+use super::plan::{Plan, Spot, SubPatch};
 use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, vectorized};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
@@ -20,53 +19,29 @@ pub(super) struct Sampler<T> {
     ring: Vec<Part<T>>,
     /// Sub-patches that were met, all parts of each.
     pieces: Vec<Piece<T>>,
-    /// Their finer control points; nothing of use where there are none.
-    finer: Vec<Panel<T>>,
     /// By a sub-patch's number in its plan.
     met: Vec<Met>,
     visit: u32,
-    /// Number of the lot.
-    lots: u32,
     exceptional: Vec<Exceptional>,
 }
 
-/// A sub-patch that was met: in which visit, and its place among the pieces; in which lot, and its number there.
+/// A sub-patch that was met: in which visit, and its place among the pieces.
 #[derive(Clone, Copy, Default)]
 struct Met {
     visit: u32,
     piece: u32,
-    lot: u32,
-    group: u32,
 }
 
-/// Samples that are put in order together. Larger: memory on the stack; smaller: fewer samples of a piece at a time.
+/// Samples whose sub-patches are found before any is evaluated. Larger: memory on the stack; smaller: more calls.
 pub(super) const LOT: usize = 2 * LANES;
 
-/// Samples of pieces; room for a whole block after the last.
+/// Samples of pieces.
 struct Lot<T> {
     count: usize,
-    s: [T; LOT + LANES],
-    t: [T; LOT + LANES],
-    sample: [u32; LOT],
-}
-
-impl<T: Real> Lot<T> {
-    #[inline(always)]
-    fn new() -> Self {
-        let zero = [T::default(); LOT + LANES];
-        Self { count: 0, s: zero, t: zero, sample: [0; LOT] }
-    }
-}
-
-/// The samples of a lot in the order of their pieces.
-struct Groups {
-    count: usize,
-    /// First of the pieces of every group.
+    at: [[T; 2]; LOT],
+    /// First of the sample's pieces, and its number.
     piece: [u32; LOT],
-    /// Number of samples.
-    size: [u32; LOT],
-    /// Of every sample.
-    group: [u32; LOT],
+    sample: [u32; LOT],
 }
 
 impl<T> Default for Sampler<T> {
@@ -75,10 +50,8 @@ impl<T> Default for Sampler<T> {
             patch: usize::MAX,
             ring: Vec::new(),
             pieces: Vec::new(),
-            finer: Vec::new(),
             met: Vec::new(),
             visit: 0,
-            lots: 0,
             exceptional: Vec::new(),
         }
     }
@@ -102,7 +75,6 @@ impl<T: Real> Sampler<T> {
         self.patch = patch;
         self.ring.clear();
         self.pieces.clear();
-        self.finer.clear();
         self.visit = self.visit.checked_add(1).unwrap_or_else(|| {
             self.met.clear();
             1
@@ -116,11 +88,11 @@ impl<T: Real> Sampler<T> {
         surface: &LimitSurface<'_, V, N>,
         places: &Places,
         range: Range<usize>,
-        rows: &mut [[[T; N]; R]],
+        out: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
         let Some(plan) = table.patch_plan(self.patch) else {
-            return places.number[range].iter().for_each(|&sample| self.skip(sample, rows));
+            return places.number[range].iter().for_each(|&sample| self.skip(sample, out));
         };
         let plan = table.plan(plan);
         let turn = table.turn(self.patch);
@@ -131,13 +103,13 @@ impl<T: Real> Sampler<T> {
                 &spot,
                 at,
                 #[inline(always)]
-                |matrices| whole(surface, table.ring_of(self.patch, plan.ring()), matrices, &spot, places, range, rows),
+                |matrix| whole(surface, table.ring_of(self.patch, plan.ring()), matrix, &spot, places, range, out),
             );
         }
         let mut start = range.start;
         while start < range.end {
             let end = (start + LOT).min(range.end);
-            self.evaluate_lot(surface, places, start..end, rows);
+            self.evaluate_lot(surface, places, start..end, out);
             start = end;
         }
     }
@@ -148,7 +120,7 @@ impl<T: Real> Sampler<T> {
         surface: &LimitSurface<'a, V, N>,
         places: &Places,
         range: Range<usize>,
-        rows: &mut [[[T; N]; R]],
+        out: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
         let Some(plan) = table.patch_plan(self.patch) else { return };
@@ -161,12 +133,7 @@ impl<T: Real> Sampler<T> {
             _ => None,
         };
         let start = range.start;
-        self.lots = self.lots.checked_add(1).unwrap_or_else(|| {
-            self.met.iter_mut().for_each(|met| met.lot = 0);
-            1
-        });
-        let mut lot = Lot::new();
-        let mut groups = Groups { count: 0, piece: [0; LOT], size: [0; LOT], group: [0; LOT] };
+        let mut lot = Lot { count: 0, at: [[T::default(); 2]; LOT], piece: [0; LOT], sample: [0; LOT] };
         for k in range {
             let (i, [u, v]) = (places.number[k], [places.u[k], places.v[k]]);
             let spot = match &all_at_vertex {
@@ -174,7 +141,7 @@ impl<T: Real> Sampler<T> {
                 None => plan.spot(u, v, turn),
             };
             let Some(spot) = spot else {
-                self.exception(surface, [u, v], i, rows);
+                self.exception(surface, [u, v], i, out);
                 continue;
             };
             let number = spot.piece() as usize;
@@ -182,67 +149,34 @@ impl<T: Real> Sampler<T> {
                 self.met.resize(number + 1, Met::default());
             }
             if self.met[number].visit != self.visit {
-                let piece = self.pieces.len() as u32;
-                self.met[number] = Met { visit: self.visit, piece, ..Met::default() };
+                self.met[number] = Met { visit: self.visit, piece: self.pieces.len() as u32 };
                 self.add_piece(surface, plan, &spot, [u, v]);
             }
-            let met = &mut self.met[number];
-            if met.lot != self.lots {
-                (met.lot, met.group) = (self.lots, groups.count as u32);
-                groups.piece[groups.count] = met.piece;
-                groups.count += 1;
-            }
-            groups.size[met.group as usize] += 1;
-            groups.group[lot.count] = met.group;
-            (lot.s[lot.count], lot.t[lot.count]) = (T::from_f64(spot.s), T::from_f64(spot.t));
-            lot.sample[lot.count] = i;
+            lot.at[lot.count] = [T::from_f64(spot.s), T::from_f64(spot.t)];
+            (lot.piece[lot.count], lot.sample[lot.count]) = (self.met[number].piece, i);
             lot.count += 1;
         }
-        self.evaluate_groups(&sorted(&lot, &groups), &groups, table.scheme().split(), rows);
+        self.evaluate_pieces(&lot, table.scheme().split(), out);
     }
 
-    /// Evaluates the groups of a lot, which is in their order.
-    fn evaluate_groups<const N: usize, const R: usize>(
-        &self,
-        lot: &Lot<T>,
-        groups: &Groups,
-        split: SplitKind,
-        rows: &mut [[[T; N]; R]],
-    ) {
+    /// Evaluates a lot.
+    fn evaluate_pieces<const N: usize, const R: usize>(&self, lot: &Lot<T>, split: SplitKind, out: &mut [[[T; N]; R]]) {
         dispatch!(Level::new(), simd => simd.vectorize(
             #[inline(always)]
             || {
-                let mut start = 0;
-                for group in 0..groups.count {
-                    let end = start + groups.size[group] as usize;
-                    let number = &lot.sample[start..end];
+                for k in 0..lot.count {
                     for part in 0..N.div_ceil(PART) {
-                        let place = groups.piece[group] as usize + part;
-                        let piece = &self.pieces[place];
-                        let finer = if piece.fine.is_some() { Some(&self.finer[place]) } else { None };
-                        if split == SplitKind::Triangles || number.len() == 1 {
-                            for k in start..end {
-                                let [s, t] = [lot.s[k], lot.t[k]];
-                                let across = curves::<T, R, 1>(&[t]);
-                                let sample = piece.sample::<_, R, 1>(simd, split, finer, [s, t], (&across, 0));
-                                put(&sample, PART * part, &mut rows[lot.sample[k] as usize]);
-                            }
-                            continue;
-                        }
-                        let fours = Fours::new(simd, piece, finer);
-                        for (number, at) in number.chunks(4).zip((start..).step_by(4)) {
-                            if let (Some(s), Some(t)) = (lot.s[at..].first_chunk(), lot.t[at..].first_chunk()) {
-                                fours.evaluate::<N, R, 4>(simd, (s, t), number, PART * part, rows);
-                            }
-                        }
+                        let Piece { panel, frame } = &self.pieces[lot.piece[k] as usize + part];
+                        let rows = load(simd, panel);
+                        let sample = frame.sample::<_, R>(simd, split, &rows, lot.at[k]);
+                        put(&sample, PART * part, &mut out[lot.sample[k] as usize]);
                     }
-                    start = end;
                 }
             }
         ));
     }
 
-    /// Forms the control points of the sub-patch at a spot, which is that of `u`, `v`.
+    /// Forms the coefficients of the sub-patch at a spot, which is that of `u`, `v`.
     fn add_piece<V: Real, const N: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
@@ -253,36 +187,36 @@ impl<T: Real> Sampler<T> {
         let table = surface.table;
         let (ring, split) = (table.ring(self.patch), table.scheme().split());
         let turn = turns(spot.pose, split);
-        plan.with_piece::<T, _>(spot, (u, v, table.turn(self.patch)), |matrices| {
+        plan.with_piece::<T, _>(spot, (u, v, table.turn(self.patch)), |matrix| {
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for part in 0..N.div_ceil(PART) {
                         let points = Parts::new(surface.points, PART * part);
                         let base: Part<T> = points.rounded(ring[0] as usize);
-                        if let (ControlPoints::Chosen(_), None, None) = (&matrices.points, &matrices.origin, &matrices.fine) {
-                            self.pieces.push(Piece::new::<_, N>(
-                                simd,
-                                matrices,
-                                turn,
-                                base,
-                                #[inline(always)]
-                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
-                            ));
-                            continue;
-                        }
                         let start = part * ring.len();
-                        if self.ring.len() == start {
+                        if let (SubPatch::Weighted(_), true) = (matrix, self.ring.len() == start) {
                             for &point in ring {
                                 self.ring.push(T::apart(simd, points.rounded(point as usize), base));
                             }
                         }
-                        let gathered = &self.ring[start..start + ring.len()];
-                        self.pieces.push(Piece::new::<_, N>(simd, matrices, turn, base, #[inline(always)] |p| gathered[p]));
-                        if let Some((_, blocks)) = &matrices.fine {
-                            self.finer.resize(self.pieces.len() - 1, [[T::default(); LANES]; 4]);
-                            self.finer.push(weighted::<T, _, N>(simd, blocks, #[inline(always)] |p| gathered[p]));
+                        let made = match matrix {
+                            SubPatch::Chosen(_) => rows::<T, _, N>(
+                                simd,
+                                matrix,
+                                #[inline(always)]
+                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
+                            ),
+                            SubPatch::Weighted(_) => {
+                                let gathered = &self.ring[start..start + ring.len()];
+                                rows::<T, _, N>(simd, matrix, #[inline(always)] |p| gathered[p])
+                            }
+                        };
+                        let mut panel = [[T::default(); LANES]; 4];
+                        for j in 0..4 {
+                            T::store(simd, made[j], &mut panel[j]);
                         }
+                        self.pieces.push(Piece { panel, frame: Frame { base, turn } });
                     }
                 }
             ));
@@ -316,16 +250,25 @@ impl<T: Real> Sampler<T> {
     }
 }
 
+#[inline(always)]
+fn load<T: Real, S: Simd>(simd: S, panel: &Panel<T>) -> Rows<T, S> {
+    let mut rows = [T::splat(simd, T::default()); 4];
+    for j in 0..4 {
+        rows[j] = T::load(simd, &panel[j]);
+    }
+    rows
+}
+
 /// Evaluates samples of a face that is one bicubic piece.
 #[inline]
 fn whole<T: Real, V: Real, const N: usize, const R: usize>(
     surface: &LimitSurface<'_, V, N>,
     ring: &[u32],
-    matrices: &SubPatch<T>,
+    matrix: &SubPatch<T>,
     spot: &Spot<'_>,
     places: &Places,
     range: Range<usize>,
-    rows: &mut [[[T; N]; R]],
+    out: &mut [[[T; N]; R]],
 ) {
     dispatch!(Level::new(), simd => simd.vectorize(
         #[inline(always)]
@@ -333,11 +276,10 @@ fn whole<T: Real, V: Real, const N: usize, const R: usize>(
             for first in (0..N).step_by(PART) {
                 let points = Parts::new(surface.points, first);
                 let base: Part<T> = points.rounded(ring[0] as usize);
-                let fours = Fours::whole::<N>(
+                let frame = Frame { base, turn: turns(spot.pose, SplitKind::Quads) };
+                let rows = rows::<T, _, N>(
                     simd,
-                    matrices,
-                    turns(spot.pose, SplitKind::Quads),
-                    base,
+                    matrix,
                     #[inline(always)]
                     |p| T::apart(simd, points.rounded(ring[p] as usize), base),
                 );
@@ -351,29 +293,16 @@ fn whole<T: Real, V: Real, const N: usize, const R: usize>(
                         for k in 0..LANES {
                             (s[k], t[k]) = (T::from_f64(u[k]), T::from_f64(v[k]));
                         }
-                        fours.evaluate(simd, (&s, &t), &places.number[start..end], first, rows);
+                        for (k, &number) in places.number[start..end].iter().enumerate() {
+                            let sample = frame.sample::<_, R>(simd, SplitKind::Quads, &rows, [s[k], t[k]]);
+                            put(&sample, first, &mut out[number as usize]);
+                        }
                     }
                     start = end;
                 }
             }
         }
     ));
-}
-
-/// A lot in the order of its groups.
-fn sorted<T: Real>(lot: &Lot<T>, groups: &Groups) -> Lot<T> {
-    let (mut sorted, mut next, mut start) = (Lot::new(), [0; LOT], 0);
-    for group in 0..groups.count {
-        next[group] = start;
-        start += groups.size[group] as usize;
-    }
-    for k in 0..lot.count {
-        let to = &mut next[groups.group[k] as usize];
-        (sorted.s[*to], sorted.t[*to], sorted.sample[*to]) = (lot.s[k], lot.t[k], lot.sample[k]);
-        *to += 1;
-    }
-    sorted.count = lot.count;
-    sorted
 }
 
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
@@ -388,7 +317,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     ) -> [[f64; N]; R] {
         let (ring, split) = (self.table.ring(patch), self.table.scheme().split());
         let mut row = [[0.0; N]; R];
-        plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrices: &SubPatch<f64>| {
+        plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrix: &SubPatch<f64>| {
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
@@ -397,7 +326,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
                         let base: Part<f64> = points.rounded(ring[0] as usize);
                         let values = alone::<_, N, R>(
                             simd,
-                            (matrices, spot, split),
+                            (matrix, spot, split),
                             base,
                             #[inline(always)]
                             |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
@@ -415,14 +344,10 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
 #[inline(always)]
 fn alone<S: Simd, const N: usize, const R: usize>(
     simd: S,
-    (matrices, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
+    (matrix, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
     base: Part<f64>,
     ring: impl Fn(usize) -> Part<f64> + Copy,
 ) -> [Part<f64>; R] {
-    let piece = Piece::new::<_, N>(simd, matrices, turns(spot.pose, split), base, ring);
-    let finer = match &matrices.fine {
-        Some((_, blocks)) => Some(weighted::<f64, _, N>(simd, blocks, ring)),
-        None => None,
-    };
-    piece.sample(simd, split, finer.as_ref(), [spot.s, spot.t], (&curves::<f64, R, 1>(&[spot.t]), 0))
+    let rows = rows::<f64, S, N>(simd, matrix, ring);
+    Frame { base, turn: turns(spot.pose, split) }.sample(simd, split, &rows, [spot.s, spot.t])
 }

@@ -2,10 +2,11 @@
 //! the basis.
 
 use super::Plan;
-use super::sub_patches::{Blocks, ControlPoints, Pose, Spot, SubPatch};
+use super::sub_patches::{Blocks, Pose, Spot, SubPatch};
 use crate::kernel::{LANES, Lanes};
 use crate::limit::box_spline;
 use crate::limit::bspline::{cubic, tensor};
+use crate::limit::powers::{MIDDLE, powers};
 use crate::scheme::SplitKind;
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -17,36 +18,35 @@ impl<'a> Plan<'a> {
         let ring = self.ring();
         out.clear();
         out.resize(count * ring, 0.0);
-        self.with_piece(spot, at, |matrices: &SubPatch<f64>| {
-            let basis = self.basis(spot, count);
-            dispatch!(Level::new(), simd => simd.vectorize(
-                #[inline(always)]
-                || {
-                    for (order, row) in out.chunks_exact_mut(ring).enumerate() {
-                        match (&matrices.fine, &matrices.points) {
-                            (Some((fine, blocks)), _) if fine.serves(order) => product(simd, &basis[order], blocks, row),
-                            (_, ControlPoints::Weighted(blocks)) => product(simd, &basis[order], blocks, row),
-                            (_, ControlPoints::Chosen(points)) => {
-                                for k in 0..LANES {
-                                    row[usize::from(points[k])] = basis[order][k];
-                                }
-                            }
+        self.with_piece(spot, at, |matrix: &SubPatch<f64>| match matrix {
+            SubPatch::Weighted(blocks) => {
+                let basis = self.basis(spot, count);
+                dispatch!(Level::new(), simd => simd.vectorize(
+                    #[inline(always)]
+                    || {
+                        for (order, row) in out.chunks_exact_mut(ring).enumerate() {
+                            product(simd, &basis[order], blocks, row);
                         }
                     }
+                ));
+            }
+            SubPatch::Chosen(points) => {
+                let basis = tensor(&cubic(spot.s + MIDDLE), &cubic(spot.t + MIDDLE), count);
+                for (basis, row) in basis.iter().zip(out.chunks_exact_mut(ring)) {
+                    for k in 0..LANES {
+                        row[usize::from(points[k])] = basis[k];
+                    }
                 }
-            ));
-            if let Some(origin) = &matrices.origin {
-                out.iter_mut().zip(origin).for_each(|(sum, w)| *sum += w);
             }
         });
         self.turn(spot.pose, out);
     }
 
-    /// Basis functions of a sub-patch at a place.
+    /// What a sub-patch's coefficients are multiplied by at a place.
     #[inline(always)]
-    pub(super) fn basis(self, spot: &Spot<'_>, count: usize) -> [[f64; 16]; 6] {
+    fn basis(self, spot: &Spot<'_>, count: usize) -> [[f64; 16]; 6] {
         match self.plans.split {
-            SplitKind::Quads => tensor(&cubic(spot.s), &cubic(spot.t), count),
+            SplitKind::Quads => tensor(&powers(spot.s), &powers(spot.t), count),
             SplitKind::Triangles => box_spline::powers_at(spot.s, spot.t, count),
         }
     }

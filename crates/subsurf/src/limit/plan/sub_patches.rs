@@ -5,8 +5,9 @@
 //! face's ring, the same for all faces of the plan. Matrices are made when a location first needs them and kept up to
 //! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
 //!
-//! Under Catmull-Clark a piece has the sixteen points of [`bspline`](super::super::bspline), under Loop the fifteen
-//! coefficients of [`POLYNOMIALS`](super::super::box_spline::POLYNOMIALS). Not covered, and left to [`Plan::weights`]: depths beyond
+//! Under Catmull-Clark a piece has the sixteen coefficients of [`powers`](super::super::powers), or the points of its ring that
+//! are its control points; under Loop the fifteen coefficients of
+//! [`POLYNOMIALS`](super::super::box_spline::POLYNOMIALS). Not covered, and left to [`Plan::weights`]: depths beyond
 //! [`DEEPEST_PIECE`] (one random location in 4^8), linear leaves, semi-sharp creases under Loop, what ends on a boundary that is kept
 //! linear, and rings of more than [`MOST_POINTS`] points.
 
@@ -15,6 +16,7 @@ mod matrix;
 use super::{Body, Leaf, LeafShape, Link, Place, Plan, Plans, corners};
 use crate::kernel::LANES;
 use crate::limit::box_spline::CENTRE;
+use crate::limit::powers::MIDDLE;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
 use crate::limit::turn::turn_all;
@@ -38,44 +40,15 @@ const DEEPEST_LEAF: u32 = 14;
 /// Largest ring whose pieces have matrices, of 32 KiB in `f64`.
 const MOST_POINTS: usize = 256;
 
-/// Weights of a piece's control points over the ring, one block of [`LANES`] control points per point of the ring.
+/// Weights of a piece's coefficients over the ring, one block of [`LANES`] coefficients per point of the ring.
 pub(crate) type Blocks<T> = Box<[[T; LANES]]>;
 
-/// The control points of one piece over a plan's ring.
+/// What a piece is made of.
 #[derive(Debug)]
-pub(crate) struct SubPatch<T> {
-    pub points: ControlPoints<T>,
-    /// Weights of a point over the ring to which the control points are relative; none where they are not.
-    pub origin: Option<Box<[T]>>,
-    /// Control points of some derivatives alone, where those of the position would lose digits.
-    pub fine: Option<(Fine, Blocks<T>)>,
-}
-
-/// What finer control points are for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Fine {
-    /// All second derivatives: at a special vertex with linear modes, which these leave out.
-    Second,
-    /// All derivatives in t: next to a semi-sharp crease, relative to the crease.
-    Across,
-}
-
-impl Fine {
-    /// True if they serve entry `order` of [`ORDERS`](crate::limit::bspline::ORDERS).
-    #[inline(always)]
-    pub fn serves(self, order: usize) -> bool {
-        match self {
-            Self::Second => order > 2,
-            Self::Across => matches!(order, 2 | 4 | 5),
-        }
-    }
-}
-
-/// Control points over the ring.
-#[derive(Debug)]
-pub(crate) enum ControlPoints<T> {
-    /// Points of the ring.
+pub(crate) enum SubPatch<T> {
+    /// Control points of a bicubic patch, which are points of the ring.
     Chosen([u8; LANES]),
+    /// Coefficients of the piece's polynomial.
     Weighted(Blocks<T>),
 }
 
@@ -84,7 +57,7 @@ pub(crate) enum ControlPoints<T> {
 pub(crate) struct Spot<'a> {
     slot: &'a Slot,
     number: u32,
-    /// Parameters of the piece; from its centre in triangles.
+    /// Parameters of the piece, from its centre.
     pub s: f64,
     pub t: f64,
     /// How the piece's parameters lie in the face.
@@ -145,19 +118,19 @@ impl<'a, const W: usize> SpotsAtVertex<'a, W> {
         let number = self.number[k];
         let slot = self.pieces.slots.get(number as usize)?;
         let pose = Pose { turn: self.turn, speed: [f64::from(2u32 << (number / 3)); 2] };
-        Some(Spot { slot, number: self.pieces.first + number, s: self.s[k], t: self.t[k], pose })
+        Some(Spot { slot, number: self.pieces.first + number, s: self.s[k] - MIDDLE, t: self.t[k] - MIDDLE, pose })
     }
 }
 
 /// The matrices of one piece.
 #[derive(Default)]
 struct Slot {
-    single: OnceLock<Box<SubPatch<f32>>>,
-    double: OnceLock<Box<SubPatch<f64>>>,
+    single: OnceLock<SubPatch<f32>>,
+    double: OnceLock<SubPatch<f64>>,
 }
 
 impl Slot {
-    fn of<T: Real>(&self) -> &OnceLock<Box<SubPatch<T>>> {
+    fn of<T: Real>(&self) -> &OnceLock<SubPatch<T>> {
         let both: [&dyn Any; 2] = [&self.single, &self.double];
         both.into_iter().find_map(|slot| slot.downcast_ref()).expect("values are f32 or f64")
     }
@@ -349,7 +322,7 @@ fn quad_child(a: f64, b: f64) -> (u32, f64, f64) {
 #[inline(always)]
 fn centre(split: SplitKind) -> f64 {
     match split {
-        SplitKind::Quads => 0.0,
+        SplitKind::Quads => MIDDLE,
         SplitKind::Triangles => CENTRE,
     }
 }
@@ -448,7 +421,7 @@ impl<'a> Plan<'a> {
     #[cold]
     fn with_new_piece<T: Real, R>(
         self,
-        slot: &OnceLock<Box<SubPatch<T>>>,
+        slot: &OnceLock<SubPatch<T>>,
         (u, v, turn): (f64, f64, u8),
         f: impl FnOnce(&SubPatch<T>) -> R,
     ) -> R {
@@ -459,7 +432,7 @@ impl<'a> Plan<'a> {
         if !parts.reserve(bytes) {
             return f(&made);
         }
-        if slot.set(Box::new(made)).is_err() {
+        if slot.set(made).is_err() {
             // Another thread was faster.
             parts.bytes.fetch_sub(bytes, Relaxed);
         }
@@ -470,12 +443,10 @@ impl<'a> Plan<'a> {
 impl<T> SubPatch<T> {
     /// Memory in bytes.
     fn bytes(&self) -> usize {
-        let blocks = |blocks: &Blocks<T>| size_of_val(&blocks[..]);
-        let points = match &self.points {
-            ControlPoints::Chosen(_) => 0,
-            ControlPoints::Weighted(points) => blocks(points),
+        let blocks = match self {
+            Self::Chosen(_) => 0,
+            Self::Weighted(blocks) => size_of_val(&blocks[..]),
         };
-        let origin = self.origin.as_ref().map_or(0, |origin| size_of_val(&origin[..]));
-        size_of::<Self>() + points + origin + self.fine.as_ref().map_or(0, |(_, points)| blocks(points))
+        size_of::<Self>() + blocks
     }
 }

@@ -1,22 +1,24 @@
-//! The matrix of a piece: its control points over the points of its leaf, and these, step by step upwards, over the ring.
+//! The matrix of a piece: its control points over the points of its leaf, and these, step by step upwards, over the ring;
+//! at last from control points to coefficients.
 
 use super::super::{Child, End, Leaf, LeafShape, Place, Plan, Split, corners};
-use super::{Blocks, ControlPoints, Fine, SubPatch};
+use super::SubPatch;
 use crate::kernel::LANES;
-use crate::limit::box_spline::POLYNOMIALS;
+use crate::limit::box_spline::{EXPONENTS, POLYNOMIALS};
+use crate::limit::powers;
 use crate::limit::single_crease;
 use crate::real::Real;
 use crate::scheme::SplitKind;
 
 impl Plan<'_> {
-    /// Makes the matrices of the piece that holds `(u, v)`.
+    /// Makes the matrix of the piece that holds `(u, v)`.
     pub(super) fn piece<T: Real>(self, u: f64, v: f64, turn: u8) -> SubPatch<T> {
         let mut way: Vec<(usize, &Split, &Child)> = Vec::new();
         let (end, at, last) = self.walk(u, v, turn, 0, |node, split, child| way.push((node.ring, split, child)));
         let End::Leaf(leaf) = end else { unreachable!("the ends of linear boundaries have no pieces") };
-        let over_ring = |local: Vec<[f64; LANES]>| {
+        let over_ring = |local: &[[f64; LANES]]| {
             let mut blocks = vec![[0.0; LANES]; last.ring];
-            multiply(&local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
+            multiply(local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
             for &(ring, split, child) in way.iter().rev() {
                 let mut above = vec![[0.0; LANES]; ring];
                 multiply(&blocks, child.ring.iter().map(|&row| row as usize), |i| split.points.row(i), &mut above);
@@ -24,37 +26,75 @@ impl Plan<'_> {
             }
             blocks
         };
-        let mut local = leaf.pieces(self.plans.split, at);
-        if local.origin.is_none() && at.depth > 0 {
-            // Points of a deep piece are close together: relative to one of them they keep their digits.
-            let middle = if self.plans.split == SplitKind::Quads { 0..LANES } else { 0..1 };
-            let chosen = if self.plans.split == SplitKind::Quads { 5 } else { 0 };
-            let split_off = |block: &mut [f64; LANES]| {
-                let w = block[chosen];
-                block[middle.clone()].iter_mut().for_each(|x| *x -= w);
-                w
-            };
-            local.origin = Some(local.points.iter_mut().map(split_off).collect());
+        let split = self.plans.split;
+        let local = leaf.pieces(split, at);
+        let is_plain = split == SplitKind::Quads && matches!(leaf.shape, LeafShape::Regular) && at.depth == 0;
+        if is_plain && let Some(chosen) = chosen(&over_ring(&local.points)) {
+            return SubPatch::Chosen(chosen);
         }
-        let points = over_ring(local.points);
-        let origin = local.origin.map(|row| {
-            let lanes = row.iter().map(|&w| std::array::from_fn(|k| if k == 0 { w } else { 0.0 })).collect();
-            over_ring(lanes).iter().map(|block| T::from_f64(block[0])).collect()
-        });
-        let fine = local.fine.map(|(of, rows)| (of, rounded(&over_ring(rows))));
-        let points = match chosen(&points) {
-            Some(chosen) => ControlPoints::Chosen(chosen),
-            None => ControlPoints::Weighted(rounded(&points)),
-        };
-        SubPatch { points, origin, fine }
+        // Over the leaf's points first: on the way up no coefficient meets another, so that small ones keep their digits.
+        let coefficients = over_ring(&local.coefficients(split));
+        SubPatch::Weighted(coefficients.iter().map(|block| block.map(T::from_f64)).collect())
+    }
+}
+
+/// Powers of s and t that coefficient `k` belongs to.
+fn exponents(split: SplitKind, k: usize) -> (usize, usize) {
+    match split {
+        SplitKind::Quads => (k % 4, k / 4),
+        SplitKind::Triangles => EXPONENTS.get(k).copied().unwrap_or_default(),
+    }
+}
+
+/// Which coefficients have control points of their own, since those of the position would lose digits.
+#[derive(Clone, Copy)]
+enum Fine {
+    /// What is neither constant nor linear: at a special vertex with linear modes, which these leave out.
+    Bent,
+    /// What changes with t: next to a semi-sharp crease, relative to the crease.
+    Across,
+}
+
+impl Fine {
+    /// True if the coefficient of `s^p t^q` comes from them.
+    fn serves(self, (p, q): (usize, usize)) -> bool {
+        match self {
+            Self::Bent => p + q > 1,
+            Self::Across => q > 0,
+        }
     }
 }
 
 /// Control points of a piece over the points of its leaf.
 struct LocalPoints {
     points: Vec<[f64; LANES]>,
+    /// What they are relative to, if to something.
     origin: Option<Vec<f64>>,
     fine: Option<(Fine, Vec<[f64; LANES]>)>,
+}
+
+impl LocalPoints {
+    /// The coefficients of the piece over the points of its leaf.
+    fn coefficients(self, split: SplitKind) -> Vec<[f64; LANES]> {
+        let of = |mut blocks: Vec<[f64; LANES]>| {
+            if split == SplitKind::Quads {
+                blocks.iter_mut().for_each(|block| *block = powers::coefficients(block));
+            }
+            blocks
+        };
+        let mut all = of(self.points);
+        if let Some(origin) = self.origin {
+            all.iter_mut().zip(&origin).for_each(|(block, w)| block[0] += w);
+        }
+        if let Some((which, fine)) = self.fine {
+            for (block, fine) in all.iter_mut().zip(of(fine)) {
+                for k in (0..LANES).filter(|&k| which.serves(exponents(split, k))) {
+                    block[k] = fine[k];
+                }
+            }
+        }
+        all
+    }
 }
 
 impl Leaf {
@@ -103,7 +143,7 @@ impl Leaf {
                 LocalPoints {
                     points: rows(false),
                     origin: is_deep.then(|| vertex.limit().to_vec()),
-                    fine: (is_deep && vertex.parts_second()).then(|| (Fine::Second, rows(true))),
+                    fine: (is_deep && vertex.parts_second()).then(|| (Fine::Bent, rows(true))),
                 }
             }
         }
@@ -127,10 +167,6 @@ fn multiply<R: Iterator<Item = (u32, f64)>>(
             out[c as usize].iter_mut().zip(block).for_each(|(o, x)| *o += x * w);
         }
     }
-}
-
-fn rounded<T: Real>(blocks: &[[f64; LANES]]) -> Blocks<T> {
-    blocks.iter().map(|block| block.map(T::from_f64)).collect()
 }
 
 /// The points of the ring that the control points are, if each is one.

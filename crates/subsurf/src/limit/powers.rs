@@ -1,0 +1,154 @@
+//! Bicubic patches in powers of their parameters, which count from the middle: `Σ c_ij s^i t^j` with `s` and `t` in
+//! `[-1/2, 1/2]`, so that Horner's rule loses no digits. A curve and its derivatives take fewer operations than weights of
+//! control points and sums over them; and what is constant or linear stays out of the coefficients of higher powers.
+//!
+//! Coefficient `4 j + i` is that of `s^i t^j`; so stand the points of [`bspline`](super::bspline), of which they are made.
+
+use crate::kernel::LANES;
+use crate::real::Real;
+use fearless_simd::Simd;
+
+/// Where parameters count from.
+pub(super) const MIDDLE: f64 = 0.5;
+
+/// Coefficients of a curve over its control points: of the outer two and of the inner two, added up for even powers and
+/// subtracted, later less earlier, for odd ones.
+const FROM_POINTS: [[f64; 2]; 4] =
+    [[1.0 / 48.0, 23.0 / 48.0], [1.0 / 8.0, 5.0 / 8.0], [0.25, -0.25], [1.0 / 6.0, -0.5]];
+
+/// Coefficients of a patch from its control points.
+pub(super) fn coefficients(points: &[f64; LANES]) -> [f64; LANES] {
+    let curve = |p: [f64; 4]| -> [f64; 4] {
+        let sums = [[p[0] + p[3], p[1] + p[2]], [p[3] - p[0], p[2] - p[1]]];
+        std::array::from_fn(|k| FROM_POINTS[k][0] * sums[k % 2][0] + FROM_POINTS[k][1] * sums[k % 2][1])
+    };
+    let rows: [[f64; 4]; 4] = std::array::from_fn(|j| curve(std::array::from_fn(|i| points[4 * j + i])));
+    let columns: [[f64; 4]; 4] = std::array::from_fn(|i| curve(std::array::from_fn(|j| rows[j][i])));
+    std::array::from_fn(|k| columns[k % 4][k / 4])
+}
+
+/// The same of parts of points, row by row.
+#[inline(always)]
+pub(super) fn coefficients_of<T: Real, S: Simd>(simd: S, mut points: [[T::Four<S>; 4]; 4]) -> [T::Block<S>; 4] {
+    for j in 0..4 {
+        points[j] = curve::<T, S>(simd, points[j]);
+    }
+    for i in 0..4 {
+        let column = curve::<T, S>(simd, [points[0][i], points[1][i], points[2][i], points[3][i]]);
+        for j in 0..4 {
+            points[j][i] = column[j];
+        }
+    }
+    let mut rows = [T::splat(simd, T::default()); 4];
+    for j in 0..4 {
+        rows[j] = T::joined(simd, points[j]);
+    }
+    rows
+}
+
+#[inline(always)]
+fn curve<T: Real, S: Simd>(simd: S, p: [T::Four<S>; 4]) -> [T::Four<S>; 4] {
+    let sums = [
+        [T::four_plus(simd, p[0], p[3]), T::four_plus(simd, p[1], p[2])],
+        [T::four_minus(simd, p[3], p[0]), T::four_minus(simd, p[2], p[1])],
+    ];
+    let mut out = p;
+    for k in 0..4 {
+        let [outer, inner] = sums[k % 2];
+        let [a, b] = FROM_POINTS[k];
+        out[k] = T::four_plus(simd, scaled::<T, S>(simd, a, outer), scaled::<T, S>(simd, b, inner));
+    }
+    out
+}
+
+#[inline(always)]
+fn scaled<T: Real, S: Simd>(simd: S, factor: f64, x: T::Four<S>) -> T::Four<S> {
+    T::four_times(simd, T::four(simd, [T::from_f64(factor); 4]), x)
+}
+
+/// Powers at `x`: values, first and second derivatives.
+pub(super) fn powers(x: f64) -> [[f64; 4]; 3] {
+    [[1.0, x, x * x, x * x * x], [0.0, 1.0, 2.0 * x, 3.0 * x * x], [0.0, 0.0, 2.0, 6.0 * x]]
+}
+
+/// Value and derivatives of a patch at `(s, t)`: those that rows of `R` vectors have, see
+/// [`ORDERS`](super::bspline::ORDERS).
+#[inline(always)]
+pub(super) fn evaluate<T: Real, S: Simd, const R: usize>(
+    simd: S,
+    rows: &[T::Block<S>; 4],
+    s: T,
+    t: T,
+) -> [T::Four<S>; R] {
+    // Horner's rule in t for all four powers of s, derivatives alongside.
+    let t = T::splat(simd, t);
+    let cubic = T::times(simd, rows[3], t);
+    let above = T::plus(simd, cubic, rows[2]);
+    let below = T::plus(simd, T::times(simd, above, t), rows[1]);
+    let value = T::plus(simd, T::times(simd, below, t), rows[0]);
+    let s = T::four(simd, [s; 4]);
+    let along = horner::<T, S, R>(simd, T::parted(simd, value), s);
+    let mut out = [along[0]; R];
+    if R > 1 {
+        let twice = T::plus(simd, cubic, above);
+        let slope = T::plus(simd, T::times(simd, twice, t), below);
+        let across = horner::<T, S, R>(simd, T::parted(simd, slope), s);
+        (out[1], out[2]) = (along[1], across[0]);
+        if R > 3 {
+            let half = T::plus(simd, cubic, twice);
+            let bend = horner::<T, S, R>(simd, T::parted(simd, T::plus(simd, half, half)), s);
+            (out[3], out[4], out[5]) = (along[2], across[1], bend[0]);
+        }
+    }
+    out
+}
+
+/// Value and derivatives of a curve, as many as rows of `R` vectors need.
+#[inline(always)]
+fn horner<T: Real, S: Simd, const R: usize>(simd: S, c: [T::Four<S>; 4], s: T::Four<S>) -> [T::Four<S>; 3] {
+    let cubic = T::four_times(simd, c[3], s);
+    let above = T::four_plus(simd, cubic, c[2]);
+    let below = T::four_plus(simd, T::four_times(simd, above, s), c[1]);
+    let value = T::four_plus(simd, T::four_times(simd, below, s), c[0]);
+    let mut out = [value; 3];
+    if R > 1 {
+        let twice = T::four_plus(simd, cubic, above);
+        out[1] = T::four_plus(simd, T::four_times(simd, twice, s), below);
+        if R > 3 {
+            let half = T::four_plus(simd, cubic, twice);
+            out[2] = T::four_plus(simd, half, half);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::{Part, PartLanes};
+    use crate::limit::bspline::{cubic, tensor};
+    use fearless_simd::{Level, dispatch};
+
+    #[test]
+    fn powers_give_the_patch_of_the_control_points() {
+        let points: [f64; LANES] = std::array::from_fn(|k| ((7 * k + 3) % 16) as f64 / 8.0 - 1.0);
+        let own = coefficients(&points);
+        let parts = |i: usize| [points[i], -points[i], 1.0, 0.0];
+        for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.25, 1.0), (0.6, 0.3)] {
+            let expected = tensor(&cubic(s), &cubic(t), 6).map(|w| (0..16).map(|k| w[k] * points[k]).sum::<f64>());
+            let (s, t) = (s - MIDDLE, t - MIDDLE);
+            let by_basis = tensor(&powers(s), &powers(t), 6).map(|w| (0..16).map(|k| w[k] * own[k]).sum::<f64>());
+            let by_vectors: [Part<f64>; 6] = dispatch!(Level::new(), simd => {
+                let points = std::array::from_fn(|j| std::array::from_fn(|i| f64::four(simd, parts(4 * j + i))));
+                evaluate::<f64, _, 6>(simd, &coefficients_of::<f64, _>(simd, points), s, t).map(|x| f64::part(simd, x))
+            });
+            for order in 0..6 {
+                // Some forty operations on numbers up to 10.
+                let [x, y, one, zero] = by_vectors[order];
+                assert!((by_basis[order] - expected[order]).abs() < 1e-13);
+                assert!((x - expected[order]).abs() < 1e-13 && x == -y && zero == 0.0);
+                assert!((one - if order == 0 { 1.0 } else { 0.0 }).abs() < 1e-14);
+            }
+        }
+    }
+}
