@@ -8,6 +8,7 @@ use crate::real::Real;
 use fearless_simd::{Level, Simd, dispatch};
 
 mod block;
+mod distinct;
 mod lattice;
 mod normal;
 mod parts;
@@ -15,6 +16,7 @@ mod surface;
 
 pub use block::Lanes;
 use block::store_each;
+pub(crate) use distinct::are_distinct;
 pub(crate) use lattice::{RowRule, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, turn_back};
 pub(crate) use normal::unit_normals_of;
 pub use parts::{PART, Part, PartLanes};

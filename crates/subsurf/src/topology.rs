@@ -17,7 +17,9 @@ mod channel;
 mod check;
 mod cut_out;
 mod cutter;
+mod edges;
 mod face_of;
+mod fan_size;
 mod matching;
 mod raise;
 mod sharpness_column;
@@ -28,6 +30,7 @@ pub(crate) use channel::{ChannelTopology, Interpolation};
 pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
 pub(crate) use face_of::FaceOf;
+pub(crate) use fan_size::FanSize;
 pub(crate) use raise::{Lowest, excess, lowered};
 pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
@@ -88,6 +91,8 @@ pub struct Topology {
     pub(crate) far_half: BTreeMap<(u32, u32), f64>,
     /// What edits left behind.
     pub(crate) edits: Edits,
+    /// By vertex, as the tables were built; empty where it was not found then, or somebody took it.
+    pub(crate) fan_sizes: Vec<FanSize>,
 }
 
 impl Topology {
@@ -334,6 +339,11 @@ impl Topology {
             offset.clear();
             offset.resize(self.vertex_count + 2, 0);
         }
+        if edges().next().is_none() {
+            // Zeros that are never touched take no memory.
+            offset.pop();
+            return;
+        }
         edges().for_each(|e| ends(e).for_each(|v| offset[v as usize + 2] += 1));
         for v in 2..offset.len() {
             offset[v] += offset[v - 1];
@@ -358,7 +368,8 @@ impl Topology {
             + size_of::<EdgeFlags>() * self.edge_flags.capacity()
             + self.edge_sharpness.bytes();
         let vertices = self.vertex_non_manifold.capacity() + self.vertex_sharpness.bytes();
-        numbers + edges + vertices + self.face.bytes() + self.hole.capacity() + self.edits.bytes()
+        let fans = size_of::<FanSize>() * self.fan_sizes.capacity();
+        numbers + edges + vertices + fans + self.face.bytes() + self.hole.capacity() + self.edits.bytes()
     }
 
     /// True where the edge is infinitely sharp.

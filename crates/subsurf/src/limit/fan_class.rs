@@ -247,7 +247,7 @@ mod tests {
         let mut read_rings = 0;
         for shape in shapes::all() {
             let t = Topology::new(&shape.mesh).unwrap();
-            let fans = Fans::new(&t);
+            let fans = Fans::new(&t, Vec::new());
             let classes = FanClasses::new(&t, &fans);
             let mut walks: BTreeMap<FaceKey, Vec<u32>> = BTreeMap::new();
             for face in (0..t.face_count()).map(Face::new) {

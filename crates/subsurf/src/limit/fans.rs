@@ -1,73 +1,58 @@
-//! How many faces lie round every vertex, and whether they are quads with nothing sharp between them.
+//! Which vertices have quads alone round them with nothing sharp between, and how many faces lie round all others.
 
 use super::smooth_ring::VALENCES;
 use crate::index::{Face, Vertex};
-use crate::topology::Topology;
+use crate::topology::{FanSize, Topology};
 use rayon::prelude::*;
-
-/// The faces at a vertex: at a *smooth* one, an interior manifold vertex of quads with nothing sharp, how many; at others how
-/// many vertices they have beside it, at most.
-#[derive(Clone, Copy)]
-pub(super) struct Fan(u32);
+use std::collections::BTreeMap;
 
 /// Those of all vertices.
 pub(super) struct Fans {
-    pub all: Vec<Fan>,
-    /// See [`Fan::smooth_valence`]; 0 where there is none. Small, since every face asks for it several times.
+    sizes: Vec<FanSize>,
+    /// Valence of *smooth* vertices: interior manifold ones of quads with nothing sharp, where rings can be read directly; 0 of all
+    /// others. Small, since every face asks for it several times.
     pub valence: Vec<u8>,
+    /// At non-manifold vertices, which have faces beyond the fan, how many vertices these faces have beside it, at most.
+    non_manifold: BTreeMap<u32, usize>,
 }
 
+/// Vertices that a thread takes at a time.
+const SHARE: usize = 1 << 13;
+
 impl Fans {
-    pub fn new(t: &Topology) -> Self {
-        let vertices = (0..t.vertex_count() as u32).into_par_iter().with_min_len(2048).map(Vertex);
-        let mut all = subsurf_memory::with_capacity(t.vertex_count());
-        vertices.map(|v| Fan::of(t, v)).collect_into_vec(&mut all);
+    /// `sizes` as the topology was built with, or none.
+    pub fn new(t: &Topology, mut sizes: Vec<FanSize>) -> Self {
+        let vertices = || (0..t.vertex_count() as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
+        if sizes.len() != t.vertex_count() {
+            sizes = FanSize::all(t).0;
+        }
+        let mut non_manifold = BTreeMap::new();
         if t.vertex_non_manifold.contains(&true) {
-            // There are faces beyond the fan.
-            let pairs = t.vertex_non_manifold.iter().zip(&mut all);
-            pairs.filter(|(non_manifold, _)| **non_manifold).for_each(|fan| *fan.1 = Fan(0));
             for f in (0..t.face_count()).map(Face::new) {
-                for &v in t.face_vertices(f) {
-                    if t.vertex_non_manifold[v as usize] {
-                        all[v as usize].0 += t.sides(f) as u32 - 1;
-                    }
+                for &v in t.face_vertices(f).iter().filter(|&&v| t.vertex_non_manifold[v as usize]) {
+                    *non_manifold.entry(v).or_default() += t.sides(f) - 1;
                 }
             }
         }
-        let mut valence = subsurf_memory::with_capacity(all.len());
-        valence.extend(all.iter().map(|fan| fan.smooth_valence().unwrap_or(0)));
-        Self { all, valence }
+        let mut valence = subsurf_memory::with_capacity(sizes.len());
+        vertices().map(|v| smooth_valence(t, v, sizes[v.index()]).unwrap_or(0)).collect_into_vec(&mut valence);
+        Self { sizes, valence, non_manifold }
+    }
+
+    /// Vertices of the faces at `v` beside it, at most.
+    pub fn points(&self, t: &Topology, v: u32) -> usize {
+        match t.vertex_non_manifold[v as usize] {
+            true => self.non_manifold.get(&v).copied().unwrap_or(0),
+            false => self.sizes[v as usize].points(t, Vertex(v)),
+        }
     }
 }
 
-impl Fan {
-    const SMOOTH: u32 = 1 << 31;
-
-    /// The fan that starts at the vertex' leading half-edge.
-    #[inline]
-    pub fn of(t: &Topology, v: Vertex) -> Self {
-        let (mut faces, mut points, mut quads) = (0, 0, true);
-        let closed = t.walk_fan(v, |h| {
-            let sides = t.sides_at(h) as u32;
-            faces += 1;
-            points += sides - 2;
-            quads &= sides == 4;
-        });
-        let smooth = t.vertex_sharpness(v) == 0.0 && t.sharp_edges(v).is_empty() && t.foreign_sharpness(v).is_empty();
-        let smooth = closed && quads && smooth && !t.vertex_non_manifold[v.index()];
-        Self(if smooth { faces | Self::SMOOTH } else { points + u32::from(!closed) })
-    }
-
-    /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
-    #[inline]
-    pub fn smooth_valence(self) -> Option<u8> {
-        let valence = self.0 & !Self::SMOOTH;
-        (self.0 & Self::SMOOTH != 0 && VALENCES.contains(&valence)).then_some(valence as u8)
-    }
-
-    /// Vertices of the faces but the one in the middle, at most.
-    pub fn points(self) -> usize {
-        let count = (self.0 & !Self::SMOOTH) as usize;
-        if self.0 & Self::SMOOTH != 0 { 2 * count } else { count }
-    }
+/// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
+#[inline]
+pub(super) fn smooth_valence(t: &Topology, v: Vertex, size: FanSize) -> Option<u8> {
+    let valence = size.closed_quads().filter(|&valence| VALENCES.contains(&(valence as u32)))?;
+    let is_sharp = t.vertex_sharpness.code(v.index()) != 0 || !t.sharp_edges(v).is_empty();
+    let is_odd = t.vertex_non_manifold[v.index()] || !t.foreign_sharpness(v).is_empty();
+    (!is_sharp && !is_odd).then_some(valence as u8)
 }

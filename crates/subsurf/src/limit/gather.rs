@@ -10,10 +10,11 @@ mod survey;
 use super::fan_class::FanClasses;
 use super::fans::Fans;
 use super::plan_key::{Key, Keys, canonical_corner};
-use super::smooth_ring::{self, Valences, is_distinct};
+use super::smooth_ring::{self, Valences};
 use crate::index::Face;
+use crate::kernel::are_distinct;
 use crate::mesh::{MAX_COUNT, MeshError};
-use crate::topology::{NONE, Surroundings, Topology, Walk};
+use crate::topology::{FanSize, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -39,12 +40,12 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face.
+    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
-    pub fn new(t: &Topology, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
-        let fans = Fans::new(t);
+    pub fn new(t: &Topology, sizes: Vec<FanSize>, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
+        let fans = Fans::new(t, sizes);
         let patches = face_patch[t.face_count()] as usize;
         let classes = FanClasses::new(t, &fans);
         let chunks = t.face_count().div_ceil(CHUNK);
@@ -151,7 +152,7 @@ fn others(t: &Topology, whole: usize, fans: &Fans, face: Face) -> usize {
     let corners = t.face_vertices(face);
     // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
     let own = corners.len();
-    let beyond = |&v: &u32| (fans.all[v as usize].points() + 2).saturating_sub(own);
+    let beyond = |&v: &u32| (fans.points(t, v) + 2).saturating_sub(own);
     let ring = own + corners.iter().map(beyond).sum::<usize>();
     if own == whole { ring } else { own * ring }
 }
@@ -217,6 +218,17 @@ struct Scratch {
     walk: Walk,
     around: Surroundings,
     ring: Vec<u32>,
+    smooth: SmoothQuads,
+}
+
+/// The quads of a chunk with smooth corners.
+#[derive(Default)]
+struct SmoothQuads {
+    /// By face of the chunk; zeros for others.
+    valences: Vec<Valences>,
+    /// Of those with rings of sixteen points, where the rings start, and whether they name no vertex twice.
+    sixteens: Vec<u32>,
+    are_distinct: Vec<bool>,
 }
 
 /// What a chunk needs beyond its part of the tables, plans numbered within the chunk behind those that are shared.
@@ -242,21 +254,30 @@ impl Chunk<'_, '_> {
     ) -> Met {
         let first = shared.plans.len() as u32;
         let mut met = Met { keys: Vec::new(), known: Keys::default(), first, walked: Vec::new(), ring: Vec::new() };
-        self.read_rings(t, whole, valence, shared);
+        self.read_rings(t, whole, valence, shared, &mut scratch.smooth);
         let regular = shared.smooth.get(&[4; 4]).map_or(NONE, |smooth| smooth.plan);
         let (mut patch, mut rings) = (0, 0);
-        for face in self.faces.clone().map(Face::new) {
+        let mut sixteen = 0;
+        for (i, face) in self.faces.clone().map(Face::new).enumerate() {
+            let valences = scratch.smooth.valences[i];
             let sides = t.sides(face);
             let starts = if sides == whole { 0..1 } else { 0..sides };
             if t.is_hole(face) {
                 patch += starts.len();
                 continue;
             }
-            if let Some(valences) = valences(whole, valence, t.face_vertices(face)) {
+            let is_smooth = valences != [0; 4];
+            if is_smooth {
                 let own = rings..rings + smooth_ring::points(valences);
                 rings = own.end;
+                let is_distinct = if own.len() == 16 {
+                    sixteen += 1;
+                    scratch.smooth.are_distinct[sixteen - 1]
+                } else {
+                    smooth_ring::is_distinct(&self.direct[own.clone()])
+                };
                 // In small meshes, where the ring is another one, the place stays unused.
-                if is_distinct(&self.direct[own.clone()]) {
+                if is_distinct {
                     self.start[patch] = (self.base + own.start) as u32;
                     let Smooth { start, plan } = match valences {
                         [4, 4, 4, 4] => Smooth { start: 0, plan: regular },
@@ -267,7 +288,6 @@ impl Chunk<'_, '_> {
                     continue;
                 }
             }
-            let is_smooth = valences(whole, valence, t.face_vertices(face)).is_some();
             for subface in starts {
                 let found = if is_smooth { None } else { found.next() };
                 let read = found.and_then(|found| shared.read(t, face, found, &mut scratch.ring));
@@ -290,17 +310,29 @@ impl Chunk<'_, '_> {
     }
 
     /// Reads the rings of quads with smooth corners, all before any is looked at: what was just written one by one is slow to
-    /// load in fours.
-    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], shared: &Shared) {
+    /// load in vectors.
+    fn read_rings(&mut self, t: &Topology, whole: usize, valence: &[u8], shared: &Shared, smooth: &mut SmoothQuads) {
         let mut rings = 0;
-        for face in self.faces.clone().map(Face::new).filter(|&face| !t.is_hole(face)) {
-            let Some(valences) = valences(whole, valence, t.face_vertices(face)) else { continue };
-            let start = if valences == [4; 4] { 0 } else { usize::from(shared.smooth[&valences].start) };
+        smooth.valences.clear();
+        smooth.sixteens.clear();
+        for face in self.faces.clone().map(Face::new) {
+            let valences = if t.is_hole(face) { None } else { valences(whole, valence, t.face_vertices(face)) };
+            smooth.valences.push(valences.unwrap_or_default());
+            let Some(valences) = valences else { continue };
             let own = rings..rings + smooth_ring::points(valences);
             rings = own.end;
+            if own.len() == 16 {
+                smooth.sixteens.push(own.start as u32);
+            }
+            if valences == [4; 4] {
+                smooth_ring::read(t, face, 0, valences, &mut self.direct[own]);
+                continue;
+            }
+            let start = usize::from(shared.smooth[&valences].start);
             let turned = std::array::from_fn(|c| valences[(start + c) % 4]);
             smooth_ring::read(t, face, start, turned, &mut self.direct[own]);
         }
+        are_distinct(self.direct, &smooth.sixteens, &mut smooth.are_distinct);
     }
 }
 
@@ -351,7 +383,7 @@ mod tests {
             let patches = |f: usize| if t.sides(Face::new(f)) == 4 { 1 } else { t.sides(Face::new(f)) as u32 };
             let mut face_patch = vec![0];
             (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
-            let gathered = Gathered::new(&t, 4, &face_patch).unwrap();
+            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch).unwrap();
             for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
                 let first = face_patch[face.index()] as usize;
                 for subface in 0..patches(face.index()) as usize {

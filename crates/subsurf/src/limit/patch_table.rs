@@ -111,7 +111,11 @@ impl PatchTable {
     }
 
     /// The table, and what to know of it to add to it.
-    pub(crate) fn with_known(topology: Topology, scheme: Scheme, method: Method) -> Result<(Self, Known), MeshError> {
+    pub(crate) fn with_known(
+        mut topology: Topology,
+        scheme: Scheme,
+        method: Method,
+    ) -> Result<(Self, Known), MeshError> {
         let faces = topology.face_count();
         let whole = scheme.patch_sides();
         if scheme.split() == SplitKind::Triangles
@@ -129,7 +133,8 @@ impl PatchTable {
             }
         }
         let specials = SpecialVertices::new(method);
-        let gathered = Gathered::new(&topology, whole, &face_patch)?;
+        let fan_sizes = std::mem::take(&mut topology.fan_sizes);
+        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch)?;
         let mut plans = Plans::empty(scheme);
         let mut nodes = Numbers::default();
         let keys = in_order(&gathered.known);

@@ -30,7 +30,7 @@ pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
-use super::corner::Corner;
+use super::corner::{Corner, Kind};
 use super::linear_boundary::LinearEnds;
 use super::rows::Rows;
 use super::single_crease;
@@ -59,7 +59,11 @@ impl SpecialVertices {
         if let Some(made) = self.lock().get(&corner) {
             return made.clone();
         }
-        let new = Arc::new(SpecialVertex::new(corner, self.method));
+        // All faces at a dart take what depends on the valence alone from the first one, whoever comes first.
+        let is_other_at_dart = corner.kind == Kind::Dart && corner.i > 0;
+        let first = is_other_at_dart.then(|| self.get(Corner { i: 0, ..corner }));
+        let even = first.and_then(|first| first.even_mode().cloned());
+        let new = Arc::new(SpecialVertex::new(corner, self.method, even));
         self.lock().entry(corner).or_insert(new).clone()
     }
 

@@ -128,38 +128,8 @@ impl<N: Fn(u32) -> u32, P: Fn(u32) -> u32> Reader<'_, N, P> {
     }
 }
 
-/// True where no vertex is named twice.
-#[inline]
+/// True where no vertex is named twice: compares every vertex with those on the following half of the way round.
 pub(super) fn is_distinct(ring: &[u32]) -> bool {
-    match ring.as_chunks() {
-        (&[a, b, c, d], []) => is_distinct_in_fours([a, b, c, d]),
-        _ => is_distinct_in_general(ring),
-    }
-}
-
-/// Sixteen vertices, in fours so that one instruction compares four: every four with every other and with itself, turned.
-#[inline]
-fn is_distinct_in_fours(fours: [[u32; 4]; 4]) -> bool {
-    let turned = |[a, b, c, d]: [u32; 4]| [b, c, d, a];
-    let mut same = [0; 4];
-    let mut compare = |a: [u32; 4], b: [u32; 4]| (0..4).for_each(|k| same[k] |= u32::from(a[k] == b[k]));
-    for (i, &four) in fours.iter().enumerate() {
-        let once = turned(four);
-        compare(four, once);
-        compare(four, turned(once));
-        for &before in &fours[..i] {
-            let mut other = before;
-            for _ in 0..4 {
-                compare(four, other);
-                other = turned(other);
-            }
-        }
-    }
-    same == [0; 4]
-}
-
-/// Every vertex against those on the following half of the way round.
-fn is_distinct_in_general(ring: &[u32]) -> bool {
     let (n, half) = (ring.len(), ring.len() / 2);
     let mut round = [0; MOST + MOST / 2];
     round[..n].copy_from_slice(ring);
@@ -173,20 +143,20 @@ fn is_distinct_in_general(ring: &[u32]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fans::Fan;
+    use super::super::fans::smooth_valence;
     use super::*;
     use crate::index::Vertex;
     use crate::mesh::ControlMesh;
     use crate::shapes;
     use crate::tags::Tags;
-    use crate::topology::{Surroundings, Walk};
+    use crate::topology::{FanSize, Surroundings, Walk};
 
     #[test]
     fn the_ring_of_a_regular_quad_is_drawn_as_it_lies() {
         let drawing = [15, 14, 13, 12, 4, 3, 2, 11, 5, 0, 1, 10, 6, 7, 8, 9];
         let grid = shapes::grid(3, 3);
         let t = Topology::new(&grid.mesh).unwrap();
-        let is_smooth = |&v: &u32| Fan::of(&t, Vertex(v)).smooth_valence().is_some();
+        let is_smooth = |&v: &u32| smooth_valence(&t, Vertex(v), FanSize::of(&t, Vertex(v))).is_some();
         let middle = (0..9).map(Face).find(|&f| t.face_vertices(f).iter().all(is_smooth)).unwrap();
         let mut ring = [0; 16];
         read(&t, middle, 0, [4; 4], &mut ring);
@@ -228,7 +198,7 @@ mod tests {
         for code in 0..256u32 {
             let valences: Valences = std::array::from_fn(|c| [3, 4, 5, 8][(code >> (2 * c) & 3) as usize]);
             let t = Topology::new(&quad_with(valences)).unwrap();
-            let found = [0, 1, 2, 3].map(|v| Fan::of(&t, Vertex(v)).smooth_valence().unwrap());
+            let found = [0, 1, 2, 3].map(|v| smooth_valence(&t, Vertex(v), FanSize::of(&t, Vertex(v))).unwrap());
             assert_eq!(found, valences);
             for start in 0..4 {
                 let turned: Valences = std::array::from_fn(|c| valences[(start + c) % 4]);

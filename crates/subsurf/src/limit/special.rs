@@ -12,9 +12,9 @@ use super::deflated::DeflatedPowers;
 use super::eigen::EigenForm;
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
-use super::tangent;
+use super::tangent::{self, EvenMode};
 use crate::scheme::SplitKind;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Which closed form of the powers of the local step is used.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -41,6 +41,8 @@ pub(crate) struct SpecialVertex {
     /// Made at the first deep location, where powers are not stored.
     deep: OnceLock<Option<EigenForm>>,
     tangents: tangent::Tangents,
+    /// Of a dart.
+    even: Option<Arc<EvenMode>>,
 }
 
 /// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
@@ -79,22 +81,29 @@ pub(crate) struct AtVertex {
 }
 
 impl SpecialVertex {
-    pub fn new(corner: Corner, method: Method) -> Self {
+    /// `even` is that of a dart of the same valence, if it is known.
+    pub fn new(corner: Corner, method: Method, even: Option<Arc<EvenMode>>) -> Self {
         let step = LocalStep::new(corner);
         let limit = tangent::limit_mask(corner, &step);
+        let even = even.or_else(|| EvenMode::new(corner, &step, &limit).map(Arc::new));
         let ones = vec![1.0; step.points];
         let scale = subdominant(corner);
         let constant = (1.0, ones, limit.clone());
         let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
-        let linear = tangent::linear_modes(corner, &step, &limit);
+        let linear = tangent::linear_modes(corner, &step, even.as_deref());
         let second = (!linear.is_empty()).then(|| {
             let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
             let modes = std::iter::once(constant).chain(halves).collect();
             DeflatedPowers::new(&step.a, after_linear(corner), modes)
         });
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
-        let tangents = tangent::Tangents::new(corner, &step, &limit);
-        Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents }
+        let tangents = tangent::Tangents::new(corner, &step, even.as_deref());
+        Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents, even }
+    }
+
+    /// What depends on the valence alone, of a dart.
+    pub fn even_mode(&self) -> Option<&Arc<EvenMode>> {
+        self.even.as_ref()
     }
 
     /// Number of canonical points.
@@ -227,7 +236,7 @@ impl SpecialVertex {
             Some(eigen) => eigen.storage_bytes(),
             None => self.deflated.bytes() + self.second.as_ref().map_or(0, DeflatedPowers::bytes),
         };
-        rows + powers + 8 * self.limit.len()
+        rows + powers + 8 * self.limit.len() + self.even.as_ref().map_or(0, |even| even.bytes())
     }
 }
 
@@ -281,8 +290,8 @@ mod tests {
     fn weights_pass_from_sparse_steps_to_the_eigenbasis_without_a_seam() {
         for (kind, n) in [(Kind::Smooth, 50), (Kind::Crease, 40), (Kind::Corner, 40)] {
             let corner = Corner { split: SplitKind::Quads, kind, n, i: if kind == Kind::Smooth { 0 } else { 3 } };
-            let deflated = SpecialVertex::new(corner, Method::Deflated);
-            let eigen = SpecialVertex::new(corner, Method::Eigenbasis);
+            let deflated = SpecialVertex::new(corner, Method::Deflated, None);
+            let eigen = SpecialVertex::new(corner, Method::Eigenbasis, None);
             for m in [DEEP - 1, DEEP, DEEP + 1, 40] {
                 let (a, b) = (0.7 * 2f64.powi(-(m as i32)), 0.3 * 2f64.powi(-(m as i32)));
                 let (ours, theirs) = (deflated.weights(a, b, 3), eigen.weights(a, b, 3));

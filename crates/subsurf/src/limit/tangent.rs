@@ -113,14 +113,14 @@ pub(crate) struct Tangents {
 }
 
 impl Tangents {
-    /// `limit` is the [`limit_mask`].
-    pub fn new(corner: Corner, step: &LocalStep, limit: &[f64]) -> Self {
+    /// `even` is that of a dart.
+    pub fn new(corner: Corner, step: &LocalStep, even: Option<&EvenMode>) -> Self {
         match corner.kind {
             Kind::Smooth => smooth(corner, step),
             Kind::Crease => crease(corner, step),
             Kind::Corner => pinned_sector(corner, step),
             Kind::Pinned => pinned(corner, step),
-            Kind::Dart => dart(corner, step, limit),
+            Kind::Dart => dart(corner, step, even.expect("a dart has an even mode")),
         }
     }
 }
@@ -271,11 +271,11 @@ fn pinned(corner: Corner, step: &LocalStep) -> Tangents {
     }
 }
 
-fn dart(corner: Corner, step: &LocalStep, limit: &[f64]) -> Tangents {
+fn dart(corner: Corner, step: &LocalStep, even: &EvenMode) -> Tangents {
     let n = corner.n;
-    // Odd about the dart edge: the smooth vertex's sine wave. Even: the leading one, by iteration from e_0 - v.
+    // Odd about the dart edge: the smooth vertex's sine wave.
     let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
-    let (even, even_eigenvalue) = even_mode(corner, step, limit);
+    let (even, even_eigenvalue) = (even.over(step), even.eigenvalue);
     let theta = 2.0 * PI / f64::from(n);
     let odd_eigenvalue = wave_eigenvalue(corner.split, theta);
     let towards = |j: u32| -> Vec<f64> {
@@ -290,7 +290,40 @@ fn dart(corner: Corner, step: &LocalStep, limit: &[f64]) -> Tangents {
     }
 }
 
-/// The left vector of the largest eigenvalue below 1 among those symmetric about the dart edge, and the eigenvalue.
+/// At a dart, the left vector of the largest eigenvalue below 1 among those symmetric about the dart edge. It depends on the valence
+/// alone, not on which face looks at it.
+#[derive(Debug)]
+pub(crate) struct EvenMode {
+    /// Weights of the points of the ring; no other has one.
+    ring: Vec<f64>,
+    eigenvalue: f64,
+}
+
+impl EvenMode {
+    /// That of a dart, none elsewhere; `limit` is the [`limit_mask`].
+    pub fn new(corner: Corner, step: &LocalStep, limit: &[f64]) -> Option<Self> {
+        (corner.kind == Kind::Dart).then(|| {
+            let (mut ring, eigenvalue) = even_mode(corner, step, limit);
+            debug_assert!(ring[step.ring..].iter().all(|&w| w == 0.0));
+            ring.truncate(step.ring);
+            Self { ring, eigenvalue }
+        })
+    }
+
+    /// Weights of all points of a step.
+    fn over(&self, step: &LocalStep) -> Vec<f64> {
+        let mut out = vec![0.0; step.points];
+        out[..self.ring.len()].copy_from_slice(&self.ring);
+        out
+    }
+
+    /// Heap memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.ring[..])
+    }
+}
+
+/// By iteration from near the smooth vertex's cosine wave; and the eigenvalue.
 fn even_mode(corner: Corner, step: &LocalStep, limit: &[f64]) -> (Vec<f64>, f64) {
     let n = corner.n;
     let symmetric = |row: &mut Vec<f64>| {
@@ -308,7 +341,6 @@ fn even_mode(corner: Corner, step: &LocalStep, limit: &[f64]) -> (Vec<f64>, f64)
         let sum: f64 = row.iter().sum();
         row.iter_mut().zip(limit).for_each(|(w, l)| *w -= sum * l);
     };
-    // Starts near the smooth vertex's cosine wave.
     let mut row = smooth_direction(corner, 0.0, step.points);
     let mut eigenvalue = 0.0;
     for _ in 0..20_000 {
@@ -339,8 +371,8 @@ fn even_mode(corner: Corner, step: &LocalStep, limit: &[f64]) -> (Vec<f64>, f64)
 /// Right and left vectors of the eigenvalue 1/2 whose functions are linear in the parameters: their second derivatives are
 /// exactly zero and must not drown those of other modes. On a crease with one face (Loop: one or two) it is the function
 /// along the crease; at a pinned corner of two triangles there are two, and so at a dart of regular valence, where all
-/// rules keep linear functions.
-pub(crate) fn linear_modes(corner: Corner, step: &LocalStep, limit: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
+/// rules keep linear functions. `even` is that of a dart.
+pub(crate) fn linear_modes(corner: Corner, step: &LocalStep, even: Option<&EvenMode>) -> Vec<(Vec<f64>, Vec<f64>)> {
     let n = corner.n;
     // The linear function with the values `a`, `b` at the ends of two neighbouring spokes `j`, `j + 1`.
     let linear = |j: u32, a: f64, b: f64| -> Vec<f64> {
@@ -370,7 +402,8 @@ pub(crate) fn linear_modes(corner: Corner, step: &LocalStep, limit: &[f64]) -> V
             let (s, c) = angle(corner).sin_cos();
             // Along the dart edge and across it.
             let odd = smooth_direction(corner, 0.25 * f64::from(n), step.points);
-            vec![paired(linear(0, 1.0, c), even_mode(corner, step, limit).0), paired(linear(0, 0.0, s), odd)]
+            let even = even.expect("a dart has an even mode").over(step);
+            vec![paired(linear(0, 1.0, c), even), paired(linear(0, 0.0, s), odd)]
         }
         _ => Vec::new(),
     }
@@ -439,7 +472,8 @@ mod tests {
     fn plane_vectors_are_left_eigenvectors() {
         for corner in corners().filter(|c| c.kind != Kind::Pinned) {
             let step = LocalStep::new(corner);
-            let tangents = Tangents::new(corner, &step, &limit_mask(corner, &step));
+            let even = EvenMode::new(corner, &step, &limit_mask(corner, &step));
+            let tangents = Tangents::new(corner, &step, even.as_ref());
             for row in tangents.plane.unwrap() {
                 let size = row.iter().map(|w| w * w).sum::<f64>();
                 let eigenvalue = times(&row, &step).iter().zip(&row).map(|(x, y)| x * y).sum::<f64>() / size;
@@ -464,7 +498,8 @@ mod tests {
             for i in 0..n {
                 let corner = Corner { split, kind, n, i };
                 let step = LocalStep::new(corner);
-                let modes = linear_modes(corner, &step, &limit_mask(corner, &step));
+                let even = EvenMode::new(corner, &step, &limit_mask(corner, &step));
+                let modes = linear_modes(corner, &step, even.as_ref());
                 assert_eq!(modes.len(), count);
                 for (r, l) in &modes {
                     assert!(residual(l, 0.5, &step) < 1e-15, "{corner:?}");

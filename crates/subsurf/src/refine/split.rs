@@ -106,6 +106,7 @@ impl Split {
             // A new vertex on an edge has no sharp edges but the edge's halves, and the child holds both.
             far_half: BTreeMap::new(),
             edits: Default::default(),
+            fan_sizes: Vec::new(),
         };
         child.index_sharp_edges();
         child

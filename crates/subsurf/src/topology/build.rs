@@ -4,14 +4,15 @@
 //! Rules for meshes that are no manifold follow OpenSubdiv 3.7 (`vtr/level.cpp`, `far/topologyRefinerFactory.cpp`):
 //! the result is the same surface, and [`Topology`] reports what was found.
 
+use super::edges::{Edges, twinless};
 use super::matching::{FaceList, Matching};
-use super::{EdgeFlags, FaceOf, Interpolation, NONE, SharpnessColumn, Topology};
+use super::{EdgeFlags, FaceOf, FanSize, Interpolation, NONE, SharpnessColumn, Topology};
 use crate::index::{Edge, HalfEdge, Vertex};
-use crate::mesh::{ControlMesh, MAX_COUNT, MeshError, clamp_sharpness};
+use crate::mesh::{ControlMesh, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::AtomicU32;
 
 pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
     let face_offset = copied(mesh.face_offsets());
@@ -20,15 +21,18 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
     let face = FaceOf::new(&face_offset);
     let list = FaceList { vertex_count, face_offset: &face_offset, origin: &origin, face: &face };
     let mut matching = Matching::new(list);
-    let edges = Edges::number(list, &matching)?;
-
-    let mut edge_sharpness = SharpnessColumn::smooth(edges.vertices.len());
-    for (crease, c) in mesh.tags().creases.iter().enumerate() {
+    let creases = &mesh.tags().creases;
+    let mut creased = Vec::with_capacity(creases.len());
+    for (crease, c) in creases.iter().enumerate() {
         let [a, b] = c.vertices;
-        let h = matching.find(a, b).ok_or(MeshError::CreaseNotOnEdge { crease, a, b })?;
+        creased.push(matching.find(a, b).ok_or(MeshError::CreaseNotOnEdge { crease, a, b })?);
+    }
+    let edges = matching.take_edges(list);
+    let mut edge_sharpness = SharpnessColumn::smooth(edges.vertices.len());
+    for (h, c) in creased.into_iter().zip(creases) {
         edge_sharpness.set(edges.of_half_edge[h as usize] as usize, clamp_sharpness(c.sharpness));
     }
-    matching.forget();
+    let (flags, open, twinless) = flags(&matching, &edges);
     let mut vertex_sharpness = SharpnessColumn::smooth(vertex_count);
     for c in &mesh.tags().corners {
         vertex_sharpness.set(c.vertex as usize, clamp_sharpness(c.sharpness));
@@ -40,7 +44,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
     }
     // Fans start at their first half-edge without a twin, where there is one.
     let mut vertex_half_edge = matching.first_outgoing;
-    for &h in edges.twinless.iter().rev() {
+    for &h in twinless.iter().rev() {
         vertex_half_edge[origin[h as usize] as usize] = h;
     }
     let mut topology = Topology {
@@ -52,7 +56,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         twin: matching.twin,
         edge_vertices: edges.vertices,
         edge_half_edge: edges.half_edge,
-        edge_flags: edges.flags,
+        edge_flags: flags,
         edge_sharpness,
         vertex_half_edge,
         vertex_non_manifold: Vec::new(),
@@ -66,9 +70,27 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         interpolation: Interpolation::Smooth,
         far_half: BTreeMap::new(),
         edits: Default::default(),
+        fan_sizes: Vec::new(),
     };
-    topology.apply_tags(mesh.tags(), &edges.open);
+    topology.apply_tags(mesh.tags(), &open);
     Ok(topology)
+}
+
+/// What is unusual about edges; those that are, ascending; half-edges without twins, ascending.
+fn flags(matching: &Matching, edges: &Edges) -> (Vec<EdgeFlags>, Vec<u32>, Vec<u32>) {
+    let mut flags = filled(edges.half_edge.len(), EdgeFlags::default());
+    let mut open = Vec::new();
+    let twinless = twinless(&matching.twin);
+    for &h in &twinless {
+        let e = edges.of_half_edge[h as usize];
+        if edges.half_edge[e as usize] == h {
+            let unusual = matching.non_manifold.binary_search_by_key(&h, |u| u.0).ok();
+            let boundary = unusual.is_none_or(|at| matching.non_manifold[at].1);
+            flags[e as usize] = EdgeFlags { boundary, non_manifold: unusual.is_some() };
+            open.push(e);
+        }
+    }
+    (flags, open, twinless)
 }
 
 /// The half-edge that starts each vertex's fan: the first one without a twin, else the first.
@@ -112,118 +134,27 @@ pub(super) fn shared(len: usize, value: u32) -> Vec<AtomicU32> {
     out
 }
 
-/// Edges numbered by first appearance.
-struct Edges {
-    of_half_edge: Vec<u32>,
-    vertices: Vec<[u32; 2]>,
-    half_edge: Vec<u32>,
-    flags: Vec<EdgeFlags>,
-    /// Half-edges without twins, ascending.
-    twinless: Vec<u32>,
-    /// Edges that are boundaries or non-manifold, ascending.
-    open: Vec<u32>,
-}
-
-impl Edges {
-    fn number(list: FaceList<'_>, matching: &Matching) -> Result<Self, MeshError> {
-        let (twin, followers) = (&matching.twin[..], &matching.followers[..]);
-        let pieces = twin.len().div_ceil(SHARE);
-        let piece = |p: usize| p * SHARE..((p + 1) * SHARE).min(twin.len());
-        let followers_in = |p: usize| {
-            let at = |h: usize| followers.partition_point(|f| (f.0 as usize) < h);
-            &followers[at(piece(p).start)..at(piece(p).end)]
-        };
-        // An edge begins at its leader: the smaller of two twins, or a half-edge without one that follows no other.
-        let leaders = |p: usize| {
-            let first = twin[piece(p)].iter().zip(p as u32 * SHARE as u32..).filter(|&(&twin, h)| twin > h).count();
-            first - followers_in(p).len()
-        };
-        let counts: Vec<usize> = (0..pieces).into_par_iter().map(leaders).collect();
-        let count = counts.iter().sum();
-        if count > MAX_COUNT {
-            return Err(MeshError::TooLarge { what: "edges", count, limit: MAX_COUNT });
-        }
-        let of_half_edge = shared(twin.len(), 0);
-        // Memory that comes zeroed is not written twice.
-        let (mut vertices, mut half_edge) = (vec![[0; 2]; count], subsurf_memory::zeroed(count));
-        subsurf_memory::advise(&mut vertices);
-        let mut flags = filled(count, EdgeFlags::default());
-        let mut tasks = Vec::with_capacity(pieces);
-        let (mut v, mut h, mut f) = (&mut vertices[..], &mut half_edge[..], &mut flags[..]);
-        let mut first = 0u32;
-        for (p, &count) in counts.iter().enumerate() {
-            tasks.push((p, first, v.split_off_mut(..count), h.split_off_mut(..count), f.split_off_mut(..count)));
-            first += count as u32;
-        }
-        let number = |(p, first, vertices, half_edge, flags): (_, u32, _, _, _)| {
-            let (vertices, half_edge): (Option<&mut [[u32; 2]]>, Option<&mut [u32]>) = (vertices, half_edge);
-            let flags: Option<&mut [EdgeFlags]> = flags;
-            let (vertices, half_edge) = (vertices.unwrap_or_default(), half_edge.unwrap_or_default());
-            let flags = flags.unwrap_or_default();
-            let mut followers = followers_in(p).iter().peekable();
-            let (mut k, mut twinless, mut open) = (0, Vec::new(), Vec::new());
-            for h in piece(p).map(|h| h as u32) {
-                let twin = twin[h as usize];
-                if twin <= h {
-                    continue;
-                }
-                let e = first + k as u32;
-                if twin == NONE {
-                    twinless.push(h);
-                    if followers.next_if(|f| f.0 == h).is_some() {
-                        continue;
-                    }
-                    let unusual = matching.non_manifold.binary_search_by_key(&h, |u| u.0).ok();
-                    let boundary = unusual.is_none_or(|at| matching.non_manifold[at].1);
-                    flags[k] = EdgeFlags { boundary, non_manifold: unusual.is_some() };
-                    open.push(e);
-                } else {
-                    of_half_edge[twin as usize].store(e, Relaxed);
-                }
-                of_half_edge[h as usize].store(e, Relaxed);
-                half_edge[k] = h;
-                let next = list.face.next(h, list.face_offset);
-                vertices[k] = [list.origin[h as usize], list.origin[next as usize]];
-                k += 1;
-            }
-            (twinless, open)
-        };
-        let lists: Vec<(Vec<u32>, Vec<u32>)> = tasks.into_par_iter().map(number).collect();
-        let mut of_half_edge: Vec<u32> = of_half_edge.into_iter().map(AtomicU32::into_inner).collect();
-        for &(h, leader) in followers {
-            of_half_edge[h as usize] = of_half_edge[leader as usize];
-        }
-        let (mut twinless, mut open) = (Vec::new(), Vec::new());
-        for (more, further) in lists {
-            twinless.extend(more);
-            open.extend(further);
-        }
-        Ok(Self { of_half_edge, vertices, half_edge, flags, twinless, open })
-    }
-}
-
 impl Topology {
     /// Sharpens what the rules make sharp, and turns faces into holes.
     fn apply_tags(&mut self, tags: &Tags, open: &[u32]) {
         let vertices = || (0..self.vertex_count as u32).into_par_iter().with_min_len(SHARE).map(Vertex);
-        let mut faces = subsurf_memory::with_capacity(self.vertex_count);
-        vertices().map(|v| self.fan_faces(v)).collect_into_vec(&mut faces);
+        let (fans, in_fans) = FanSize::all(self);
+        let faces_in = |v: Vertex| fans[v.index()].faces(self, v);
         // Where fans leave no corner out, they hold all faces of every vertex.
-        let in_fans = faces.par_iter().with_min_len(SHARE).map(|&n| n as usize).sum::<usize>();
         let all = if in_fans == self.origin.len() { None } else { Some(self.faces_per_vertex()) };
-        self.vertex_non_manifold = match &all {
-            None => faces.par_iter().with_min_len(SHARE).map(|&n| n == 0).collect(),
-            Some(all) => faces.iter().zip(all).map(|(fan, &all)| *fan != all || all == 0).collect(),
+        let faces = |v: Vertex| all.as_ref().map_or_else(|| faces_in(v), |all| all[v.index()] as usize);
+        let vertex_non_manifold = match &all {
+            None => fans.iter().map(|fan| fan.is_empty()).collect(),
+            Some(_) => vertices().map(|v| faces_in(v) != faces(v) || faces(v) == 0).collect(),
         };
-        faces = all.unwrap_or(faces);
         let lonely: Vec<u32> = match tags.rules.boundary {
             Boundary::EdgeAndCorner => {
-                let lonely = |v: &Vertex| faces[v.index()] == 1 && self.fan_edges_of_one_face(*v);
+                let lonely = |v: &Vertex| faces(*v) == 1 && self.fan_edges_of_one_face(*v);
                 vertices().filter(lonely).map(|v| v.0).collect()
             }
             _ => Vec::new(),
         };
-        drop(faces);
+        (self.vertex_non_manifold, self.fan_sizes) = (vertex_non_manifold, fans);
         let non_manifold: Vec<u32> =
             open.iter().copied().filter(|&e| self.edge_flags[e as usize].non_manifold).collect();
         for &e in &non_manifold {
@@ -254,7 +185,6 @@ impl Topology {
     }
 
     /// Number of faces in the fan that starts at the vertex's leading half-edge.
-    #[inline]
     pub(super) fn fan_faces(&self, v: Vertex) -> u32 {
         let mut count = 0;
         self.walk_fan(v, |_| count += 1);

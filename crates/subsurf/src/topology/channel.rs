@@ -78,6 +78,7 @@ impl Topology {
             },
             far_half: BTreeMap::new(),
             edits: Default::default(),
+            fan_sizes: Vec::new(),
         };
         channel.rules.face_varying = rule;
         Sharpener { mesh: self, rule }.sharpen(&mut channel, &is_seam);

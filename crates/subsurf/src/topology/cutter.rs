@@ -211,5 +211,6 @@ fn empty() -> Topology {
         interpolation: Interpolation::default(),
         far_half: BTreeMap::new(),
         edits: Edits::default(),
+        fan_sizes: Vec::new(),
     }
 }

@@ -3,16 +3,20 @@
 //! Every edge is filed under one of its ends, in a short chain of the edges that are met there. Threads share the work by
 //! vertices: each scans the faces in order and files what belongs to its own range of vertices; pieces of the face list
 //! that name none of those are skipped. So there is nothing to sort and nothing to lock, and the result does not depend on
-//! the number of threads.
+//! the number of threads. One thread alone meets edges in the order in which they are numbered, and numbers them in passing.
 
 use super::build::{filled, shared};
+use super::edges::Edges;
 use super::{FaceOf, NONE};
+use crate::limit::KeyHasher;
 use rayon::prelude::*;
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
+use std::hash::BuildHasherDefault;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// The edges of a list of faces, before they have numbers. The *leader* of an edge is its first half-edge.
+/// The edges of a list of faces. The *leader* of an edge is its first half-edge.
 pub(super) struct Matching {
     /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`].
     pub twin: Vec<u32>,
@@ -22,6 +26,8 @@ pub(super) struct Matching {
     pub followers: Vec<(u32, u32)>,
     /// Leaders of non-manifold edges, ascending, and whether the edge has one face only.
     pub non_manifold: Vec<(u32, bool)>,
+    /// Numbers of edges by half-edge, where one share holds all edges; else empty.
+    edge: Vec<u32>,
     shares: Vec<Share>,
 }
 
@@ -41,16 +47,16 @@ const FEW: usize = 1 << 14;
 
 impl FaceList<'_> {
     /// Calls `visit` with the first half-edge and the corners of faces in order.
-    #[inline]
+    #[inline(always)]
     fn each(&self, faces: Range<usize>, mut visit: impl FnMut(u32, &[u32])) {
         match self.face {
             FaceOf::Quads => {
-                let corners = &self.origin[4 * faces.start..4 * faces.end];
-                corners.chunks_exact(4).zip(faces).for_each(|(face, f)| visit(4 * f as u32, face));
+                let corners = self.origin[4 * faces.start..4 * faces.end].as_chunks::<4>().0;
+                corners.iter().zip(faces).for_each(|(face, f)| visit(4 * f as u32, face));
             }
             FaceOf::Triangles => {
-                let corners = &self.origin[3 * faces.start..3 * faces.end];
-                corners.chunks_exact(3).zip(faces).for_each(|(face, f)| visit(3 * f as u32, face));
+                let corners = self.origin[3 * faces.start..3 * faces.end].as_chunks::<3>().0;
+                corners.iter().zip(faces).for_each(|(face, f)| visit(3 * f as u32, face));
             }
             FaceOf::Listed(_) => {
                 for w in self.face_offset[faces.start..=faces.end].windows(2) {
@@ -68,36 +74,73 @@ impl FaceList<'_> {
 
 /// The end of an edge that it is filed under, then the other. Either end has its turn, so that neither order of numbers nor
 /// large valence loads one range with most edges.
-#[inline]
+#[inline(always)]
 fn filed(a: u32, b: u32) -> (u32, u32) {
     if (a ^ b) & 1 == u32::from(a < b) { (b, a) } else { (a, b) }
 }
 
-/// The edges that are filed under one range of vertices.
+/// Where what is found about half-edges is noted.
+trait Notes {
+    fn twin(&self, h: u32) -> u32;
+    fn set_twin(&self, h: u32, twin: u32);
+    /// The edge of a half-edge, by its number within the share.
+    fn set_edge(&self, h: u32, edge: u32);
+}
+
+/// By one thread for all half-edges.
+struct Alone<'a> {
+    twin: &'a [Cell<u32>],
+    edge: &'a [Cell<u32>],
+}
+
+impl Notes for Alone<'_> {
+    #[inline(always)]
+    fn twin(&self, h: u32) -> u32 {
+        self.twin[h as usize].get()
+    }
+    #[inline(always)]
+    fn set_twin(&self, h: u32, twin: u32) {
+        self.twin[h as usize].set(twin);
+    }
+    #[inline(always)]
+    fn set_edge(&self, h: u32, edge: u32) {
+        self.edge[h as usize].set(edge);
+    }
+}
+
+/// By several threads, none of which writes where another reads. Numbers within shares are not kept.
+struct Together<'a> {
+    twin: &'a [AtomicU32],
+}
+
+impl Notes for Together<'_> {
+    #[inline(always)]
+    fn twin(&self, h: u32) -> u32 {
+        self.twin[h as usize].load(Relaxed)
+    }
+    #[inline(always)]
+    fn set_twin(&self, h: u32, twin: u32) {
+        self.twin[h as usize].store(twin, Relaxed);
+    }
+    #[inline(always)]
+    fn set_edge(&self, _: u32, _: u32) {}
+}
+
+/// The edges that are filed under one range of vertices, numbered as they are met.
 struct Share {
     vertices: Range<u32>,
-    ends: Vec<End>,
-    edges: Vec<Filed>,
+    /// By vertex, the first edge of its chain.
+    head: Vec<u32>,
+    /// By edge, the next one of its chain.
+    next: Vec<u32>,
+    ends: Vec<[u32; 2]>,
+    leader: Vec<u32>,
     /// Edges at vertices whose chains are full.
-    crowded: HashMap<(u32, u32), u32>,
+    crowded: HashMap<(u32, u32), u32, BuildHasherDefault<KeyHasher>>,
     /// Non-manifold edges but those with equal ends.
     unusual: BTreeMap<u32, Unusual>,
     followers: Vec<(u32, u32)>,
     non_manifold: Vec<(u32, bool)>,
-}
-
-/// What is known of a vertex: the first edge of its chain, and its first outgoing half-edge.
-#[derive(Clone, Copy)]
-struct End {
-    head: u32,
-    outgoing: u32,
-}
-
-/// An edge in its chain.
-struct Filed {
-    other: u32,
-    next: u32,
-    leader: u32,
 }
 
 struct Unusual {
@@ -108,128 +151,168 @@ struct Unusual {
 /// Longest chain. Longer ones make poles slow, shorter ones call for the map at ordinary vertices.
 const LONGEST: usize = 24;
 
+/// Some faces, and the least and the largest of the vertices that they name.
+struct Span {
+    faces: Range<usize>,
+    least: u32,
+    most: u32,
+}
+
+/// A half-edge, its ends, and the first half-edge of its face.
+#[derive(Clone, Copy)]
+struct Side {
+    h: u32,
+    a: u32,
+    b: u32,
+    first: u32,
+}
+
 impl Share {
-    fn new(list: FaceList<'_>, vertices: Range<u32>, spans: &[[u32; 2]], twin: &[AtomicU32]) -> Self {
+    /// Files what begins or ends in `vertices`; `outgoing` are the first outgoing half-edges of these.
+    fn new(list: FaceList<'_>, vertices: Range<u32>, spans: &[Span], notes: &impl Notes, outgoing: &mut [u32]) -> Self {
+        // Half of all half-edges, where there are few boundaries; more room is made when it is needed.
+        let part = vertices.len() as f64 / list.vertex_count.max(1) as f64;
+        let edges = (0.52 * part * list.origin.len() as f64) as usize;
         let mut share = Self {
-            ends: filled(vertices.len(), End { head: NONE, outgoing: NONE }),
-            edges: subsurf_memory::with_capacity(2 * vertices.len() + vertices.len() / 8),
-            crowded: HashMap::new(),
+            head: filled(vertices.len(), NONE),
+            next: subsurf_memory::with_capacity(edges),
+            ends: subsurf_memory::with_capacity(edges),
+            leader: subsurf_memory::with_capacity(edges),
+            crowded: HashMap::default(),
             unusual: BTreeMap::new(),
             followers: Vec::new(),
             non_manifold: Vec::new(),
             vertices,
         };
-        let faces = list.face_offset.len() - 1;
-        for (piece, &[least, most]) in spans.iter().enumerate() {
-            if most < share.vertices.start || least >= share.vertices.end {
+        for span in spans {
+            if span.most < share.vertices.start || span.least >= share.vertices.end {
                 continue;
             }
-            list.each(piece * PIECE..((piece + 1) * PIECE).min(faces), |first, corners| {
+            list.each(span.faces.clone(), |first, corners| {
                 let mut a = corners[0];
                 for i in 0..corners.len() {
                     let b = if i + 1 == corners.len() { corners[0] } else { corners[i + 1] };
-                    share.visit(list, first + i as u32, a, b, twin);
+                    share.visit(list, Side { h: first + i as u32, a, b, first }, notes, outgoing);
                     a = b;
                 }
             });
         }
         for (&edge, state) in &share.unusual {
-            share.non_manifold.push((share.edges[edge as usize].leader, state.faces < 2));
+            share.non_manifold.push((share.leader[edge as usize], state.faces < 2));
         }
         share
     }
 
-    /// Takes in half-edge `h` from `a` to `b`.
-    #[inline]
-    fn visit(&mut self, list: FaceList<'_>, h: u32, a: u32, b: u32, twin: &[AtomicU32]) {
+    /// Takes in a half-edge.
+    #[inline(always)]
+    fn visit(&mut self, list: FaceList<'_>, side: Side, notes: &impl Notes, outgoing: &mut [u32]) {
+        let Side { h, a, b, .. } = side;
         let start = self.vertices.start;
-        if let Some(end) = self.ends.get_mut(a.wrapping_sub(start) as usize)
-            && end.outgoing == NONE
-        {
-            end.outgoing = h;
+        if let Some(outgoing) = outgoing.get_mut(a.wrapping_sub(start) as usize) {
+            *outgoing = h.min(*outgoing);
         }
         let (own, other) = filed(a, b);
-        let Some(&End { head, .. }) = self.ends.get(own.wrapping_sub(start) as usize) else { return };
+        let Some(&head) = self.head.get(own.wrapping_sub(start) as usize) else { return };
         if a == b {
             // Both ends equal: an edge of its own, whatever else there is.
-            self.non_manifold.push((h, true));
-            return;
+            return self.add_own(side, notes);
         }
         let (mut edge, mut length) = (head, 0);
         while edge != NONE {
-            let filed = &self.edges[edge as usize];
-            if filed.other == other {
-                return self.join(list, edge, h, a, twin);
+            let [c, d] = self.ends[edge as usize];
+            if c ^ d == a ^ b {
+                return self.join(list, side, edge, notes);
             }
-            edge = filed.next;
+            edge = self.next[edge as usize];
             length += 1;
         }
         if length >= LONGEST {
-            return self.visit_crowded(list, h, a, (own, other), twin);
+            return self.visit_crowded(list, side, (own, other), notes);
         }
-        self.ends[(own - start) as usize].head = self.edges.len() as u32;
-        self.edges.push(Filed { other, next: head, leader: h });
+        self.head[(own - start) as usize] = self.next.len() as u32;
+        self.push(side, head, notes);
+    }
+
+    /// Adds an edge.
+    #[inline(always)]
+    fn push(&mut self, Side { h, a, b, .. }: Side, next: u32, notes: &impl Notes) {
+        notes.set_twin(h, NONE);
+        notes.set_edge(h, self.next.len() as u32);
+        self.next.push(next);
+        self.ends.push([a, b]);
+        self.leader.push(h);
     }
 
     /// The same where the chain is full.
     #[cold]
-    fn visit_crowded(&mut self, list: FaceList<'_>, h: u32, a: u32, ends: (u32, u32), twin: &[AtomicU32]) {
+    fn visit_crowded(&mut self, list: FaceList<'_>, side: Side, ends: (u32, u32), notes: &impl Notes) {
         match self.crowded.get(&ends) {
-            Some(&edge) => self.join(list, edge, h, a, twin),
+            Some(&edge) => self.join(list, side, edge, notes),
             None => {
-                self.crowded.insert(ends, self.edges.len() as u32);
-                self.edges.push(Filed { other: ends.1, next: NONE, leader: h });
+                self.crowded.insert(ends, self.next.len() as u32);
+                self.push(side, NONE, notes);
             }
         }
     }
 
-    /// Half-edge `h`, which starts at `a`, is a further one of an edge.
-    #[inline]
-    fn join(&mut self, list: FaceList<'_>, edge: u32, h: u32, a: u32, twin: &[AtomicU32]) {
-        let leader = self.edges[edge as usize].leader;
-        let is_other_side = list.origin[leader as usize] != a && list.face.get(leader) != list.face.get(h);
-        let is_single = twin[leader as usize].load(Relaxed) == NONE;
+    /// Takes in a further half-edge of an edge.
+    #[inline(always)]
+    fn join(&mut self, list: FaceList<'_>, side: Side, edge: u32, notes: &impl Notes) {
+        let leader = self.leader[edge as usize];
+        let is_other_side = self.ends[edge as usize][0] != side.a && leader < side.first;
+        let is_single = notes.twin(leader) == NONE;
         if is_other_side && is_single && (self.unusual.is_empty() || !self.unusual.contains_key(&edge)) {
-            twin[leader as usize].store(h, Relaxed);
-            twin[h as usize].store(leader, Relaxed);
+            notes.set_twin(leader, side.h);
+            notes.set_twin(side.h, leader);
+            notes.set_edge(side.h, edge);
         } else {
-            self.join_unusual(list, edge, h, twin);
+            self.join_unusual(list, side, edge, notes);
         }
     }
 
-    /// Half-edge `h` makes the edge non-manifold, or it was so before: it has two faces already, or `h` runs the same way, or
-    /// its last face is that of `h`, which then has an edge of its own there.
+    /// A half-edge that makes the edge non-manifold, or it was so before: it has two faces already, or `side` runs the same way, or
+    /// its last face is that of `side`, which then has an edge of its own there.
     #[cold]
-    fn join_unusual(&mut self, list: FaceList<'_>, edge: u32, h: u32, twin: &[AtomicU32]) {
-        let leader = self.edges[edge as usize].leader;
+    fn join_unusual(&mut self, list: FaceList<'_>, side: Side, edge: u32, notes: &impl Notes) {
+        let leader = self.leader[edge as usize];
         let state = self.unusual.entry(edge).or_insert_with(|| {
-            let second = twin[leader as usize].swap(NONE, Relaxed);
+            let second = notes.twin(leader);
             if second == NONE {
                 return Unusual { faces: 1, last_face: list.face.get(leader) };
             }
-            twin[second as usize].store(NONE, Relaxed);
+            notes.set_twin(leader, NONE);
+            notes.set_twin(second, NONE);
             self.followers.push((second, leader));
             Unusual { faces: 2, last_face: list.face.get(second) }
         });
-        let f = list.face.get(h);
+        let f = list.face.get(side.h);
         if state.last_face == f {
-            self.non_manifold.push((h, true));
+            self.add_own(side, notes);
         } else {
             *state = Unusual { faces: state.faces + 1, last_face: f };
-            self.followers.push((h, leader));
+            self.followers.push((side.h, leader));
+            notes.set_twin(side.h, NONE);
+            notes.set_edge(side.h, edge);
         }
     }
 
+    /// A half-edge with a non-manifold edge of its own.
+    #[cold]
+    fn add_own(&mut self, side: Side, notes: &impl Notes) {
+        self.push(side, NONE, notes);
+        self.non_manifold.push((side.h, true));
+    }
+
     fn find(&self, own: u32, other: u32) -> Option<u32> {
-        let mut edge = self.ends[(own - self.vertices.start) as usize].head;
+        let mut edge = self.head[(own - self.vertices.start) as usize];
         while edge != NONE {
-            let filed = &self.edges[edge as usize];
-            if filed.other == other {
-                return Some(filed.leader);
+            let [a, b] = self.ends[edge as usize];
+            if a ^ b == own ^ other {
+                return Some(self.leader[edge as usize]);
             }
-            edge = filed.next;
+            edge = self.next[edge as usize];
         }
-        self.crowded.get(&(own, other)).map(|&edge| self.edges[edge as usize].leader)
+        self.crowded.get(&(own, other)).map(|&edge| self.leader[edge as usize])
     }
 }
 
@@ -237,43 +320,65 @@ impl Matching {
     pub fn new(list: FaceList<'_>) -> Self {
         let half_edges = list.origin.len();
         let threads = if half_edges < FEW { 1 } else { rayon::current_num_threads() };
-        let spans: Vec<[u32; 2]> = if threads == 1 {
-            vec![[0, NONE]; (list.face_offset.len() - 1).div_ceil(PIECE)]
-        } else {
-            let corners = |f: Range<usize>| list.face_offset[f.start] as usize..list.face_offset[f.end] as usize;
-            let span = |faces| list.origin[corners(faces)].iter().fold([NONE, 0], |[a, b], &v| [a.min(v), b.max(v)]);
-            list.pieces().map(span).collect()
-        };
-        let twin = shared(half_edges, NONE);
-        let bound = |k: usize| (k * list.vertex_count / threads) as u32;
-        let mut shares: Vec<Share> =
-            (0..threads).into_par_iter().map(|k| Share::new(list, bound(k)..bound(k + 1), &spans, &twin)).collect();
-        let mut out = Self {
-            twin: twin.into_iter().map(AtomicU32::into_inner).collect(),
-            first_outgoing: subsurf_memory::with_capacity(list.vertex_count),
-            followers: Vec::new(),
-            non_manifold: Vec::new(),
-            shares: Vec::new(),
-        };
-        for share in &mut shares {
-            out.first_outgoing.extend(share.ends.iter().map(|end| end.outgoing));
-            out.followers.append(&mut share.followers);
-            out.non_manifold.append(&mut share.non_manifold);
+        let mut first_outgoing = filled(list.vertex_count, NONE);
+        if threads == 1 {
+            let (mut twin, mut edge) = (subsurf_memory::zeroed(half_edges), subsurf_memory::zeroed(half_edges));
+            let notes = Alone {
+                twin: Cell::from_mut(&mut twin[..]).as_slice_of_cells(),
+                edge: Cell::from_mut(&mut edge[..]).as_slice_of_cells(),
+            };
+            let everything = Span { faces: 0..list.face_offset.len() - 1, least: 0, most: NONE };
+            let all = 0..list.vertex_count as u32;
+            let share = Share::new(list, all, &[everything], &notes, &mut first_outgoing);
+            return Self::of_shares(vec![share], twin, edge, first_outgoing);
         }
-        out.followers.sort_unstable();
-        out.non_manifold.sort_unstable();
-        out.shares = shares;
-        out
+        let span = |faces: Range<usize>| {
+            let corners = &list.origin[list.face_offset[faces.start] as usize..list.face_offset[faces.end] as usize];
+            let (least, most) = corners.iter().fold((NONE, 0), |(a, b), &v| (v.min(a), v.max(b)));
+            Span { faces, least, most }
+        };
+        let spans: Vec<Span> = list.pieces().map(span).collect();
+        let bound = |k: usize| k * list.vertex_count / threads;
+        let mut parts = Vec::with_capacity(threads);
+        let mut outgoing = &mut first_outgoing[..];
+        for k in 0..threads {
+            let own = outgoing.split_off_mut(..bound(k + 1) - bound(k)).unwrap_or_default();
+            parts.push((bound(k) as u32..bound(k + 1) as u32, own));
+        }
+        let twin = shared(half_edges, 0);
+        let notes = Together { twin: &twin };
+        let share = |(part, outgoing): (_, &mut [u32])| Share::new(list, part, &spans, &notes, outgoing);
+        let shares = parts.into_par_iter().map(share).collect();
+        let twin = twin.into_iter().map(AtomicU32::into_inner).collect();
+        Self::of_shares(shares, twin, Vec::new(), first_outgoing)
     }
 
-    /// Leader of the first edge between `a` and `b`.
+    fn of_shares(mut shares: Vec<Share>, twin: Vec<u32>, edge: Vec<u32>, first_outgoing: Vec<u32>) -> Self {
+        let (mut followers, mut non_manifold) = (Vec::new(), Vec::new());
+        for share in &mut shares {
+            followers.append(&mut share.followers);
+            non_manifold.append(&mut share.non_manifold);
+        }
+        followers.sort_unstable();
+        non_manifold.sort_unstable();
+        Self { twin, first_outgoing, followers, non_manifold, edge, shares }
+    }
+
+    /// Leader of the first edge between `a` and `b`, before edges are taken.
     pub fn find(&self, a: u32, b: u32) -> Option<u32> {
         let (own, other) = filed(a, b);
         self.shares[self.shares.partition_point(|s| s.vertices.end <= own)].find(own, other)
     }
 
-    /// Gives back the memory that [`find`](Self::find) needs.
-    pub fn forget(&mut self) {
-        self.shares = Vec::new();
+    /// The edges by number. What else is known of them is forgotten.
+    pub fn take_edges(&mut self, list: FaceList<'_>) -> Edges {
+        match std::mem::take(&mut self.shares).pop() {
+            Some(Share { mut ends, mut leader, .. }) if !self.edge.is_empty() => {
+                ends.shrink_to_fit();
+                leader.shrink_to_fit();
+                Edges { of_half_edge: std::mem::take(&mut self.edge), vertices: ends, half_edge: leader }
+            }
+            _ => Edges::number(list, &self.twin, &self.followers),
+        }
     }
 }

@@ -61,6 +61,7 @@ impl Topology {
 
     /// Takes a face out: its vertices and edges know nothing of it until the next splice. Returns its edges.
     pub(crate) fn take_out(&mut self, face: Face) -> Vec<u32> {
+        self.fan_sizes.clear();
         let own = self.first(face) as usize..self.face_offset[face.index() + 1] as usize;
         let edges = self.edge[own.clone()].to_vec();
         self.twin[own].fill(NONE);
@@ -117,6 +118,7 @@ impl Topology {
             interpolation: Interpolation::Smooth,
             far_half: BTreeMap::new(),
             edits: Edits::default(),
+            fan_sizes: Vec::new(),
         }
     }
 
@@ -133,6 +135,7 @@ impl Topology {
     /// Takes over what the piece says about its touched vertices, their edges and faces. `orphans` are the edges of faces that
     /// were taken out.
     pub(crate) fn splice(&mut self, piece: &Piece, orphans: &[u32]) {
+        self.fan_sizes.clear();
         let own = &piece.topology;
         let mut touched = vec![false; own.vertex_count];
         piece.touched.iter().for_each(|&v| touched[v as usize] = true);
