@@ -228,6 +228,28 @@ fn a_large_polygon_may_lie_at_a_pole() {
 }
 
 #[test]
+fn quads_that_start_at_their_control_points_meet_those_beside_other_polygons() {
+    let grid = shapes::grid(8, 8);
+    let mut faces: Vec<Vec<u32>> = grid.mesh.faces().map(<[u32]>::to_vec).collect();
+    let row = |y: usize, s: f64| faces[8 * y..8 * y + 8].iter().map(move |f| Crease::new(f[0], f[1], s));
+    let creases = row(2, 1.5).chain(row(4, 10.0)).chain(row(6, 0.4)).collect();
+    let tags = Tags { creases, corners: vec![Corner::new(40, 0.7)], ..Tags::default() };
+    // Two quads side by side become a hexagon, and another one two triangles.
+    let [left, right] = [faces[45].clone(), faces.remove(46)];
+    faces[45] = vec![left[0], right[0], right[1], right[2], right[3], left[3]];
+    let cut = faces[27].clone();
+    faces[27] = cut[..3].to_vec();
+    faces.push(vec![cut[2], cut[3], cut[0]]);
+    let mesh = ControlMesh::new(&faces, tags).unwrap();
+    for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {
+        let control = Level::new(&mesh, scheme).unwrap();
+        for depth in 1..=4 {
+            check(&control, &grid.positions, depth, 1e-14).unwrap_or_else(|e| panic!("{scheme:?}: {e}"));
+        }
+    }
+}
+
+#[test]
 fn few_faces_may_go_deep() {
     for shape in shapes::tagged().into_iter().filter(|shape| shape.mesh.face_count() < 12) {
         for scheme in [Scheme::CatmullClark, Scheme::Bilinear] {

@@ -11,6 +11,7 @@ mod first_step;
 mod layout;
 mod rules;
 mod squares;
+mod starts;
 
 use super::numbering::{Counts, Region, regions};
 use super::parts::write_by_faces;
@@ -29,7 +30,7 @@ use first_step::FirstStep;
 use layout::Layout;
 use rules::{Creases, RowGrid, rounded};
 use squares::{Squares, flags};
-use std::ops::Range;
+use starts::Starts;
 
 /// Sixteen faces at this level take some hundred kilobytes. Deeper, more memory than the level itself has would be needed for fewer
 /// than [`FEW`] faces.
@@ -44,10 +45,8 @@ pub(super) struct Direct {
     count: usize,
 }
 
-/// What all steps from a level on whose faces are quads need beside the topology.
+/// What all steps of squares need beside the topology.
 struct Deeper {
-    /// 0 where all control faces are quads, else 1.
-    start: u32,
     depth: u32,
     flags: Vec<u8>,
     smooth: RowRule<f64>,
@@ -78,8 +77,12 @@ impl Direct {
         let special = special_vertices(t);
         let mut grids = [false, true].map(|is_boundary| RowGrid::new(t, scheme, is_boundary));
         let is_quads = matches!(t.face, FaceOf::Quads);
-        let first = (depth == 1 || !is_quads).then(|| FirstStep::new(t, scheme, &special, &mut grids[0]));
-        let deeper = (depth > 1).then(|| Deeper::new(t, scheme, u32::from(!is_quads)..depth, &special, grids));
+        let starts = Starts::new(t);
+        let first = (depth == 1 || !is_quads).then(|| {
+            let needed = (depth > 1 && starts.has_early).then(|| starts.needed(t));
+            FirstStep::new(t, scheme, &special, &mut grids[0], needed)
+        });
+        let deeper = (depth > 1).then(|| Deeper::new(t, scheme, &starts, depth, &special, grids));
         Ok(Some(Self { first, deeper, count }))
     }
 
@@ -89,11 +92,11 @@ impl Direct {
         rayon::scope(|_| match (&self.first, &self.deeper) {
             (None, None) => {}
             (Some(first), None) => first.refine(t, values, out),
-            (None, Some(deeper)) => deeper.refine(t, values, values, out),
+            (None, Some(deeper)) => deeper.refine(t, [values, &[]], out),
             (Some(first), Some(deeper)) => {
                 let mut level = zeroed(self.count);
                 first.refine(t, values, &mut level);
-                deeper.refine(t, values, &level, out);
+                deeper.refine(t, [values, &level], out);
             }
         });
     }
@@ -114,21 +117,30 @@ impl Direct {
     pub fn step_bytes(&self) -> usize {
         self.deeper.as_ref().map_or(0, |deeper| {
             let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
-            layouts.into_iter().flatten().map(Layout::bytes).sum::<usize>() + deeper.creases.bytes()
+            layouts.into_iter().flatten().map(Layout::bytes).sum::<usize>()
+                + deeper.creases.bytes()
+                + size_of_val(&deeper.regions[..])
         })
     }
 }
 
 impl Deeper {
-    fn new(t: &mut Topology, scheme: Scheme, levels: Range<u32>, special: &[u32], mut grids: [RowGrid; 2]) -> Self {
-        let Range { start, end: depth } = levels;
+    fn new(
+        t: &mut Topology,
+        scheme: Scheme,
+        starts: &Starts,
+        depth: u32,
+        special: &[u32],
+        mut grids: [RowGrid; 2],
+    ) -> Self {
+        let start = u32::from(!starts.has_early);
         let levels = start as usize..depth as usize;
         let smooth = grids[0].rule(0.0);
         let creases = Creases::new(t, scheme, levels.clone(), &mut grids);
         let has_fans = !is_linear(t, scheme);
         let mut fans = Fans::default();
         if has_fans {
-            fans = Fans::new(t, &creases, levels);
+            fans = Fans::new(t, &creases, starts, levels);
             let fades =
                 [&t.edge_sharpness, &t.vertex_sharpness].iter().any(|column| column.distinct().next().is_some());
             let columns = fades.then(|| [t.edge_sharpness.clone(), t.vertex_sharpness.clone()]);
@@ -146,17 +158,17 @@ impl Deeper {
                 t.index_sharp_edges();
             }
         }
-        let flags = flags(t, &fans, !has_fans);
+        let flags = flags(t, starts, &fans, !has_fans);
         let regions = regions(Counts::of(t), SplitKind::Quads, depth);
         let has_others = !matches!(t.face, FaceOf::Quads);
         let (quad, corner) = (Layout::quad(&regions, depth), has_others.then(|| Layout::corner(&regions, depth)));
-        Self { start, depth, flags, smooth, creases, fans, has_fans, regions, quad, corner }
+        Self { depth, flags, smooth, creases, fans, has_fans, regions, quad, corner }
     }
 
-    /// The last level from the one where this starts; `values` are those of the control mesh.
-    fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], level: &[[T; N]], out: &mut [[T; N]]) {
-        let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, level));
-        write_by_faces(t, &self.regions, values, out, || Squares::new(self, t, level, fans.as_ref()));
+    /// The last level from values of the control mesh, and of level 1 where some squares start there.
+    fn refine<T: Real, const N: usize>(&self, t: &Topology, levels: [&[[T; N]]; 2], out: &mut [[T; N]]) {
+        let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, levels));
+        write_by_faces(t, &self.regions, levels[0], out, || Squares::new(self, t, levels, fans.as_ref()));
         if let Some(fans) = &fans {
             self.fans.write(fans, out);
         }

@@ -206,7 +206,13 @@ impl Numbering {
     /// Heap memory in bytes.
     pub fn bytes(&self) -> usize {
         let tile = |t: &Tile| 4 * (t.order.len() + t.corners.len()) + size_of_val(&t.ranges[..]);
-        tile(&self.whole) + tile(&self.corner) + size_of_val(&self.on_edge[..]) + size_of_val(&self.regions[..])
+        let along = self.side_cells.as_flattened().iter().chain([&self.along]).map(|cells| 4 * cells.len());
+        tile(&self.whole)
+            + tile(&self.corner)
+            + along.sum::<usize>()
+            + size_of_val(&self.on_edge[..])
+            + size_of_val(&self.regions[..])
+            + size_of_val(&self.edge_regions[..])
     }
 
     /// The vertices of all faces of the level.
@@ -222,26 +228,37 @@ impl Numbering {
             tasks.push((faces, part));
         }
         let whole = WholeCorners::new(self);
-        tasks.into_par_iter().for_each_init(Vec::new, |vertices, (faces, mut out)| {
-            for f in faces.map(Face::new) {
-                let (part, tail) = out.split_at_mut(each * t.sides(f));
-                out = tail;
-                if self.steps == 2 && self.sides == 4 {
-                    write_children(t, f, part);
-                } else if self.is_whole(t.sides(f)) {
-                    self.number_rim(t, f, vertices);
-                    vectorized(
-                        #[inline(always)]
-                        || whole.write(t.first(f), vertices, part),
-                    );
-                } else {
-                    for (corner, part) in part.chunks_exact_mut(each).enumerate() {
-                        self.number_corner(t, f, corner, vertices);
-                        part.iter_mut().zip(&self.corner.corners).for_each(|(v, &cell)| *v = vertices[cell as usize]);
-                    }
-                }
-            }
-        });
+        let rim = || vec![0; self.sides * self.steps + 1];
+        tasks.into_par_iter().for_each_init(
+            || (rim(), Vec::new()),
+            |(rim, vertices), (faces, mut out)| {
+                vectorized(
+                    #[inline(always)]
+                    || {
+                        for f in faces.map(Face::new) {
+                            let (part, tail) = std::mem::take(&mut out).split_at_mut(each * t.sides(f));
+                            out = tail;
+                            if self.steps == 2 && self.sides == 4 {
+                                write_children(t, f, part);
+                            } else if self.is_whole(t.sides(f)) {
+                                whole.number_rim(t, f, rim);
+                                whole.write(t.first(f), rim, part);
+                            } else {
+                                self.write_corner_tiles(t, f, vertices, part);
+                            }
+                        }
+                    },
+                );
+            },
+        );
+    }
+
+    /// The vertices of the faces in a face of several tiles.
+    fn write_corner_tiles(&self, t: &Topology, f: Face, vertices: &mut Vec<u32>, out: &mut [u32]) {
+        for (corner, part) in out.chunks_exact_mut(self.steps * self.steps).enumerate() {
+            self.number_corner(t, f, corner, vertices);
+            part.iter_mut().zip(&self.corner.corners).for_each(|(v, &cell)| *v = vertices[cell as usize]);
+        }
     }
 
     /// The vertex at place `i` along half-edge `h`, neither of its ends.
@@ -251,18 +268,6 @@ impl Numbering {
         let place = if runs_forward(t, h) { i } else { self.steps - i };
         let (start, each) = self.on_edge[place];
         start + each * e.0
-    }
-
-    /// The vertices along the sides of a face that is one tile, from corner 0 on, and its centre.
-    fn number_rim(&self, t: &Topology, f: Face, rim: &mut Vec<u32>) {
-        rim.clear();
-        for h in (0..self.sides).map(|side| t.half_edge(f, side)) {
-            rim.push(t.origin(h).0);
-            let e = t.edge(h).0;
-            let inside = self.on_edge[1..self.steps].iter().map(|&(start, each)| start + each * e);
-            if runs_forward(t, h) { rim.extend(inside) } else { rim.extend(inside.rev()) }
-        }
-        rim.push(t.vertex_count() as u32 + f.0);
     }
 
     /// The vertices of all cells of the tile at a corner of any other face.
@@ -322,6 +327,8 @@ struct WholeCorners {
     each: Vec<u32>,
     /// Which corners lie on the rim, and where there.
     rim: Vec<(u32, u32)>,
+    /// By whether a half-edge runs against its edge: vertices `start + each · e` inside it from its origin on.
+    along: [Vec<(u32, u32)>; 2],
 }
 
 impl WholeCorners {
@@ -341,11 +348,30 @@ impl WholeCorners {
         if numbering.centres.is_some() {
             rim_of[tile.centre] = (sides * n) as u32;
         }
+        let inside = &numbering.on_edge[1..n];
         let on_rim = |(&cell, k): (&u32, u32)| Some((k, rim_of[cell as usize])).filter(|rim| rim.1 != NONE);
         Self {
             start: tile.corners.iter().map(|&cell| affine[cell as usize].0).collect(),
             each: tile.corners.iter().map(|&cell| affine[cell as usize].1).collect(),
             rim: tile.corners.iter().zip(0..).filter_map(on_rim).collect(),
+            along: [inside.to_vec(), inside.iter().rev().copied().collect()],
+        }
+    }
+
+    /// The vertices along the sides of a face, from corner 0 on, and its centre.
+    #[inline(always)]
+    fn number_rim(&self, t: &Topology, f: Face, rim: &mut [u32]) {
+        let (first, steps) = (t.first(f) as usize, self.along[0].len() + 1);
+        let (centre, sides) = rim.split_last_mut().expect("a centre");
+        *centre = t.vertex_count() as u32 + f.0;
+        let half_edges = t.origin[first..].iter().zip(&t.edge[first..]);
+        for (side, (&v, &e)) in sides.chunks_exact_mut(steps).zip(half_edges) {
+            // A table for each direction: which one it is cannot be predicted.
+            let along = &self.along[usize::from(t.edge_vertices[e as usize][0] != v)];
+            side[0] = v;
+            for (out, &(start, each)) in side[1..].iter_mut().zip(along) {
+                *out = start + each * e;
+            }
         }
     }
 

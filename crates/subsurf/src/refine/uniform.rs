@@ -87,13 +87,25 @@ impl Plan {
     }
 }
 
+/// Bytes a half-edge that tables take while they are made, about. They are asked for in huge pages: larger, memory is prepared that is
+/// not used; smaller, more of the tables come in small pages.
+const BUILD_BYTES: usize = 40;
+
 impl UniformRefinement {
     /// The level `depth` steps below the control mesh; 0 is the mesh itself.
     ///
     /// # Errors
     /// Those of [`Topology::new`], and [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
     pub fn new(mesh: &ControlMesh, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
-        Self::from_topology(scheme_topology(mesh, scheme)?, scheme, depth)
+        let half_edges = mesh.corners().len();
+        let faces = 4usize.saturating_pow(depth.saturating_sub(1)).saturating_mul(half_edges);
+        // One set of points in single precision, hardly more of them than faces, and the faces.
+        subsurf_memory::reserve(faces.saturating_mul(size_of::<[f32; 3]>() + size_of::<[u32; 4]>()));
+        // One entry into the thread pool for all that follows, and one thread's memory for the tables.
+        rayon::scope(|_| {
+            subsurf_memory::reserve(half_edges.saturating_mul(BUILD_BYTES));
+            Self::from_topology(scheme_topology(mesh, scheme)?, scheme, depth)
+        })
     }
 
     /// The same from a topology that is at hand: of a mesh, a [`Level`] or a [`Channel`](crate::Channel). Under Loop all its

@@ -1,21 +1,19 @@
 //! Vertices that are not regular, each with its fan, refined by itself: the vertex, the ends of its edges and
 //! the vertices across its faces follow from the same ones a level above. They are control vertices of any
-//! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all faces are quads.
+//! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all their faces are quads.
 
-use super::rules::{Creases, Special, rounded};
+mod values;
+
+use super::rules::{Creases, Special};
+use super::starts::Starts;
 use crate::index::{Edge, HalfEdge, Vertex};
-use crate::kernel::vectorized;
 use crate::mask::{Mask, vertex_mask};
-use crate::real::Real;
 use crate::scheme::Scheme;
-use crate::scheme::catmull_clark::smooth_neighbour;
 use crate::topology::{FaceOf, NONE, Topology};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
+pub(super) use values::FanValues;
 
-/// Fans of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
-const CHUNK: usize = 256;
 /// Faces of a fan that are searched one by one. Larger: long searches at poles; smaller: more in the map.
 const LISTED: usize = 16;
 
@@ -57,21 +55,15 @@ pub(super) struct Fans {
     rows: Vec<Special>,
     /// By fan its rule among those of each level, or [`NONE`].
     row_of: Vec<u32>,
+    /// By fan of a vertex: some of its faces are no quads, so that it starts at level 1.
+    is_late: Vec<bool>,
     start: usize,
     depth: usize,
 }
 
-/// Values of fans at the levels between.
-pub(super) struct FanValues<T, const N: usize> {
-    /// By fan, then by level from the second on: the vertex and the ends of its edges.
-    kept: Vec<[T; N]>,
-    /// The vertices at the last level.
-    last: Vec<[T; N]>,
-}
-
 impl Fans {
     /// Of a mesh whose rules are not linear, from one level to another.
-    pub fn new(t: &Topology, creases: &Creases, levels: Range<usize>) -> Self {
+    pub fn new(t: &Topology, creases: &Creases, starts: &Starts, levels: Range<usize>) -> Self {
         let of_vertex = vec![0; t.vertex_count()];
         let (start, depth) = (levels.start, levels.end);
         let mut out = Self { of_vertex, starts: vec![[0, 0]], start, depth, ..Self::default() };
@@ -102,6 +94,7 @@ impl Fans {
             }
             out.list_positions();
             out.close(v as u32);
+            out.is_late.push(starts.is_late(v as u32));
         }
         out.centres = out.owners.len();
         if !matches!(t.face, FaceOf::Quads) {
@@ -170,23 +163,32 @@ impl Fans {
 
     /// Adds the rules from the next level on, whose sharpness `t` has. `special` are the vertices that do not follow the smooth one.
     pub fn add_rows(&mut self, t: &Topology, scheme: Scheme, special: &[u32]) {
-        let (mut rows, mut mask) = (Special::default(), Mask::default());
+        let (mut rows, mut mask, mut ends) = (Special::default(), Mask::default(), Vec::new());
         self.row_of.resize(self.owners.len(), NONE);
         for &v in special {
             // A vertex without a face stays where it is.
             let Some(fan) = self.of_vertex[v as usize].checked_sub(1) else { continue };
+            self.row_of[fan as usize] = rows.owners.len() as u32;
+            if self.rows.is_empty() && self.starts_at(fan as usize) > self.start {
+                // No rule of quads applies yet, nor is any asked for.
+                rows.push_from((0, 0.0), fan, std::iter::empty());
+                continue;
+            }
             vertex_mask(t, scheme, Vertex(v), &mut mask);
-            let [edges, _] = self.range(fan as usize);
-            let edges = &self.edges[edges];
+            let [edges, faces] = self.range(fan as usize);
+            ends.clear();
+            ends.extend(self.edges[edges.clone()].iter().zip(1..).map(|(edge, id)| (edge[0], id)));
+            ends.sort_unstable();
             let end = |e: u32| match e {
                 NONE => 0,
-                e => 1 + edges.iter().position(|edge| edge[0] == e).expect("an edge of the vertex") as u32,
+                e => ends[ends.binary_search_by_key(&e, |end| end.0).expect("an edge of the vertex")].1,
             };
-            let ends = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
+            let own = mask.vertices.iter().zip(&mask.edges).map(|(&(_, weight), &e)| (end(e), weight));
+            // The mask lists faces as the fan does, if at all.
+            debug_assert!(mask.faces.iter().zip(&self.faces[faces]).all(|(term, face)| term.0 == t.face.get(face.h)));
             let faces = mask.faces.iter().zip(1 + edges.len() as u32..).map(|(&(_, weight), id)| (id, weight));
-            self.row_of[fan as usize] = rows.owners.len() as u32;
             // The vertex first: sums are relative to it.
-            rows.push_from((0, 0.0), fan, ends.filter(|term| term.0 > 0).chain(faces));
+            rows.push_from((0, 0.0), fan, own.filter(|term| term.0 > 0).chain(faces));
         }
         self.rows.push(rows);
     }
@@ -221,136 +223,10 @@ impl Fans {
         FanCorner { fan, beyond: faces[at].beyond }
     }
 
-    /// Values of all fans, from those of the level where they start: 1, or 0 in a mesh of quads.
-    pub fn refine<T: Real, const N: usize>(
-        &self,
-        t: &Topology,
-        creases: &Creases,
-        level: &[[T; N]],
-    ) -> FanValues<T, N> {
-        let (fans, zero) = (self.owners.len(), [T::default(); N]);
-        let between = self.between();
-        let size = |fans: usize| (self.starts[fans][0] as usize + fans) * between;
-        let mut out = FanValues { kept: vec![zero; size(fans)], last: vec![zero; fans] };
-        let mut rest = &mut out.kept[..];
-        let mut tasks = Vec::new();
-        for (chunk, last) in out.last.chunks_mut(CHUNK).enumerate() {
-            let first = chunk * CHUNK;
-            let (part, tail) = rest.split_at_mut(size(first + last.len()) - size(first));
-            rest = tail;
-            tasks.push((first, part, last));
-        }
-        tasks.into_par_iter().for_each_init(Scratch::default, |scratch, (first, mut kept, last)| {
-            vectorized(
-                #[inline(always)]
-                || {
-                    for (last, fan) in last.iter_mut().zip(first..) {
-                        let (part, tail) = kept.split_at_mut(size(fan + 1) - size(fan));
-                        kept = tail;
-                        *last = self.refine_fan(t, creases, level, fan, scratch, part);
-                    }
-                },
-            );
-        });
-        out
-    }
-
-    /// One fan through all levels; returns the vertex at the last.
+    /// The level at which a fan starts.
     #[inline(always)]
-    fn refine_fan<T: Real, const N: usize>(
-        &self,
-        t: &Topology,
-        creases: &Creases,
-        level: &[[T; N]],
-        fan: usize,
-        scratch: &mut Scratch<T, N>,
-        mut kept: &mut [[T; N]],
-    ) -> [T; N] {
-        let [edges, faces] = self.range(fan);
-        let (edges, faces) = (&self.edges[edges], &self.faces[faces]);
-        let (first_centre, is_centre) = (t.vertex_count(), fan >= self.centres);
-        let first_edge = first_centre + t.face_count();
-        let quads = self.start == 0;
-        let smooth = rounded::<T>(creases.rule(self.start, 0)).edge;
-        let Scratch { ends, across, sums } = scratch;
-        let mut own = level[self.owners[fan] as usize + if is_centre { first_centre } else { 0 }];
-        ends.clear();
-        across.clear();
-        if quads {
-            ends.resize(edges.len(), own);
-            for face in faces {
-                let origin = |by: u32| level[t.origin[(face.h & !3 | (face.h + by) & 3) as usize] as usize];
-                [ends[face.sides[0] as usize], ends[face.sides[1] as usize]] = [origin(1), origin(3)];
-                across.push(origin(2));
-            }
-        } else {
-            ends.extend(edges.iter().map(|e| level[first_edge + e[0] as usize]));
-            let diagonal =
-                |h: u32| if is_centre { t.origin[h as usize] as usize } else { first_centre + t.face.get(h) as usize };
-            across.extend(faces.iter().map(|face| level[diagonal(face.h)]));
-        }
-        let (quarter, each) = (T::from_f64(0.25), T::from_f64(smooth_neighbour(edges.len().max(1), 1.0)));
-        for at in self.start..self.depth {
-            let is_last = at + 1 == self.depth;
-            // Face points, and their sums by edge and round the vertex, relative to it.
-            sums.clear();
-            sums.resize(edges.len(), [T::default(); N]);
-            let mut all = [T::default(); N];
-            for (face, across) in faces.iter().zip(&mut *across) {
-                let [a, b] = [face.sides[0] as usize, face.sides[1] as usize];
-                for c in 0..N {
-                    across[c] = quarter * ((own[c] + across[c]) + (ends[a][c] + ends[b][c]));
-                    let apart = across[c] - own[c];
-                    sums[a][c] = sums[a][c] + apart;
-                    sums[b][c] = sums[b][c] + apart;
-                    all[c] = all[c] + apart;
-                }
-            }
-            let next = if self.row_of[fan] != NONE {
-                let value = |id: u32| match id as usize {
-                    0 => own,
-                    id if id <= ends.len() => ends[id - 1],
-                    id => across[id - 1 - ends.len()],
-                };
-                self.rows[at - self.start].apply(self.row_of[fan] as usize, value)
-            } else {
-                let mut next = own;
-                ends.iter().for_each(|end| (0..N).for_each(|c| all[c] = all[c] + (end[c] - own[c])));
-                for c in 0..N {
-                    next[c] = own[c] + each * all[c];
-                }
-                next
-            };
-            if is_last {
-                return next;
-            }
-            for ((end, sum), edge) in ends.iter_mut().zip(&*sums).zip(edges) {
-                let [weight, centroid] =
-                    if edge[1] == 0 { smooth } else { rounded::<T>(creases.rule(at, edge[1])).edge };
-                for c in 0..N {
-                    end[c] = own[c] + (weight * (end[c] - own[c]) + centroid * sum[c]);
-                }
-            }
-            own = next;
-            let (part, tail) = kept.split_at_mut(1 + ends.len());
-            kept = tail;
-            part[0] = own;
-            part[1..].copy_from_slice(ends);
-        }
-        own
-    }
-
-    /// A fan's vertex and the ends of its edges at a level between the first and the last.
-    #[inline(always)]
-    pub fn kept<'a, T: Real, const N: usize>(
-        &self,
-        values: &'a FanValues<T, N>,
-        fan: u32,
-        level: usize,
-    ) -> &'a [[T; N]] {
-        let (start, end) = (self.starts[fan as usize][0] as usize, self.starts[fan as usize + 1][0] as usize);
-        let points = end - start + 1;
-        &values.kept[(start + fan as usize) * self.between() + (level - self.start - 1) * points..][..points]
+    fn starts_at(&self, fan: usize) -> usize {
+        usize::from(self.is_late.get(fan) != Some(&false))
     }
 
     /// Levels between the first and the last.
@@ -358,39 +234,20 @@ impl Fans {
         (self.depth - self.start).saturating_sub(1)
     }
 
-    /// The centre of a face that is no quad, at the last level.
-    pub fn centre<T: Real, const N: usize>(&self, values: &FanValues<T, N>, f: u32) -> Option<[T; N]> {
-        self.of_centre(f).map(|fan| values.last[fan as usize])
-    }
-
-    /// Puts control vertices where they belong.
-    pub fn write<T: Real, const N: usize>(&self, values: &FanValues<T, N>, out: &mut [[T; N]]) {
-        self.owners[..self.centres].iter().zip(&values.last).for_each(|(&v, &value)| out[v as usize] = value);
-    }
-
     /// Vertices with rules of their own, summed over the levels.
     pub fn special(&self) -> usize {
-        self.rows.iter().map(|rows| rows.owners.len()).sum()
+        let applied = |(rows, at): (&Special, usize)| {
+            rows.owners.iter().filter(|&&fan| at >= self.starts_at(fan as usize)).count()
+        };
+        self.rows.iter().zip(self.start..).map(applied).sum()
     }
 
     pub fn bytes(&self) -> usize {
         4 * (self.of_vertex.len() + self.owners.len() + self.row_of.len() + 2 * self.positions.len())
+            + self.is_late.len()
             + size_of_val(&self.starts[..])
             + size_of_val(&self.edges[..])
             + size_of_val(&self.faces[..])
             + self.rows.iter().map(Special::bytes).sum::<usize>()
-    }
-}
-
-/// Memory that is used again and again: ends of edges, what lies across faces, sums by edge.
-struct Scratch<T, const N: usize> {
-    ends: Vec<[T; N]>,
-    across: Vec<[T; N]>,
-    sums: Vec<[T; N]>,
-}
-
-impl<T, const N: usize> Default for Scratch<T, N> {
-    fn default() -> Self {
-        Self { ends: Vec::new(), across: Vec::new(), sums: Vec::new() }
     }
 }

@@ -1,7 +1,9 @@
-//! Level 1 from the control mesh: the only step that meets faces of any number of corners and triangles that are smoothed.
+//! Level 1 from the control mesh, all or in part: the only step that meets faces of any number of corners and triangles that are
+//! smoothed.
 //! Centroids first; edges and vertices take them from there.
 
 use super::rules::{RowGrid, Special};
+use super::starts::Needed;
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::kernel::{RowRule, vectorized};
 use crate::mask::{Mask, edge_mask, is_linear, vertex_mask};
@@ -21,11 +23,16 @@ pub(super) struct FirstStep {
     is_linear: bool,
     edges: Special,
     vertices: Special,
+    /// What is made; all where there is none.
+    needed: Option<Needed>,
 }
 
 impl FirstStep {
     /// `special` are the vertices that do not follow the smooth rule.
-    pub fn new(t: &Topology, scheme: Scheme, special: &[u32], grid: &mut RowGrid) -> Self {
+    pub fn new(t: &Topology, scheme: Scheme, special: &[u32], grid: &mut RowGrid, needed: Option<Needed>) -> Self {
+        let is_needed = |i: u32, of: fn(&Needed) -> &[u32]| {
+            needed.as_ref().is_none_or(|needed| of(needed).binary_search(&i).is_ok())
+        };
         let is_linear = is_linear(t, scheme);
         let (mut edges, mut vertices, mut mask) = (Special::default(), Special::default(), Mask::default());
         let first_centroid = t.vertex_count() as u32;
@@ -40,30 +47,37 @@ impl FirstStep {
                 has_smooth_triangles && [Some(h), t.twin(h)].iter().flatten().any(|&h| t.sides(t.face(h)) == 3)
             };
             let mut add = |e: usize| {
-                edge_mask(t, scheme, Edge(e as u32), &mut mask);
-                edges.push(e as u32, terms(&mask).into_iter());
+                if is_needed(e as u32, |needed| &needed.edges) {
+                    edge_mask(t, scheme, Edge(e as u32), &mut mask);
+                    edges.push(e as u32, terms(&mask).into_iter());
+                }
             };
             if has_smooth_triangles {
                 (0..t.edge_count()).filter(|&e| t.edge_sharpness.get(e) > 0.0 || at_triangle(e)).for_each(&mut add);
             } else {
                 t.edge_sharpness.sharp().for_each(&mut add);
             }
-            for &v in special {
+            for &v in special.iter().filter(|v| is_needed(**v, |needed| &needed.vertices)) {
                 vertex_mask(t, scheme, Vertex(v), &mut mask);
                 vertices.push(v, terms(&mask).into_iter());
             }
         }
-        Self { smooth: grid.rule(0.0), is_linear, edges, vertices }
+        Self { smooth: grid.rule(0.0), is_linear, edges, vertices, needed }
     }
 
     /// Level 1 in `out`.
     pub fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
         let (vertices, rest) = out.split_at_mut(t.vertex_count());
         let (faces, edges) = rest.split_at_mut(t.face_count());
-        faces.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, faces)| {
+        let needed = self.needed.as_ref();
+        faces.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
+            let first = chunk * CHUNK;
             vectorized(
                 #[inline(always)]
-                || centroids(t, values, chunk * CHUNK, faces),
+                || match needed.map(|needed| among(&needed.faces, first, out.len())) {
+                    None => centroids(t, values, first, 0..out.len(), out),
+                    Some(some) => centroids(t, values, first, offsets(some, first), out),
+                },
             );
         });
         let faces = &*faces;
@@ -71,17 +85,27 @@ impl FirstStep {
         let edges = edges.par_chunks_mut(CHUNK).enumerate().map(|(chunk, out)| (chunk, false, out));
         let vertices = vertices.par_chunks_mut(CHUNK / 2).enumerate().map(|(chunk, out)| (chunk, true, out));
         edges.chain(vertices).for_each(|(chunk, is_vertices, out)| {
+            let first = chunk * if is_vertices { CHUNK / 2 } else { CHUNK };
+            let some = needed
+                .map(|needed| among(if is_vertices { &needed.vertices } else { &needed.edges }, first, out.len()));
             vectorized(
                 #[inline(always)]
-                || match is_vertices {
-                    false => self.edges(t, values, faces, chunk * CHUNK, out),
-                    true if is_quads => self.vertices::<T, N, true>(t, values, faces, chunk * (CHUNK / 2), out),
-                    true => self.vertices::<T, N, false>(t, values, faces, chunk * (CHUNK / 2), out),
+                || match (is_vertices, some) {
+                    (false, None) => self.edges(t, values, faces, first, 0..out.len(), out),
+                    (false, Some(some)) => self.edges(t, values, faces, first, offsets(some, first), out),
+                    (true, None) if is_quads => {
+                        self.vertices::<T, N, true>(t, values, faces, first, 0..out.len(), out);
+                    }
+                    (true, None) => self.vertices::<T, N, false>(t, values, faces, first, 0..out.len(), out),
+                    (true, Some(some)) => {
+                        self.vertices::<T, N, false>(t, values, faces, first, offsets(some, first), out);
+                    }
                 },
             );
         });
     }
 
+    /// Vertices on the edges from number `first` on that are so many behind it.
     #[inline(always)]
     fn edges<T: Real, const N: usize>(
         &self,
@@ -89,18 +113,20 @@ impl FirstStep {
         values: &[[T; N]],
         faces: &[[T; N]],
         first: usize,
+        edges: impl Iterator<Item = usize>,
         out: &mut [[T; N]],
     ) {
         let [end, centroid] = self.smooth.edge.map(T::from_f64);
         let (ends, sides) = (&t.edge_vertices[first..][..out.len()], &t.edge_half_edge[first..][..out.len()]);
-        for ((out, ends), &h) in out.iter_mut().zip(ends).zip(sides) {
-            let [a, b] = [&values[ends[0] as usize], &values[ends[1] as usize]];
+        for i in edges {
+            let [a, b] = [&values[ends[i][0] as usize], &values[ends[i][1] as usize]];
+            let h = sides[i];
             let twin = t.twin[h as usize];
             // What has one face only is overwritten, or linear.
             let twin = if twin == NONE { h } else { twin };
             let [f, g] = [&faces[t.face.get(h) as usize], &faces[t.face.get(twin) as usize]];
             for c in 0..N {
-                out[c] = end * (a[c] + b[c]) + centroid * (f[c] + g[c]);
+                out[i][c] = end * (a[c] + b[c]) + centroid * (f[c] + g[c]);
             }
         }
         overwrite(&self.edges, values, faces, first, out);
@@ -113,15 +139,17 @@ impl FirstStep {
         values: &[[T; N]],
         faces: &[[T; N]],
         first: usize,
+        vertices: impl Iterator<Item = usize>,
         out: &mut [[T; N]],
     ) {
         let own = &values[first..][..out.len()];
         if self.is_linear {
             return out.copy_from_slice(own);
         }
-        for ((out, v), own) in out.iter_mut().zip(first as u32..).zip(own) {
-            let (mut sum, mut valence) = ([T::default(); N], 0);
-            let first = t.vertex_half_edge[v as usize];
+        let half_edges = &t.vertex_half_edge[first..][..out.len()];
+        for i in vertices {
+            let (own, mut sum, mut valence) = (&own[i], [T::default(); N], 0);
+            let first = half_edges[i];
             let mut h = first;
             while h != NONE {
                 let (next, prev, face) = neighbours::<QUADS>(t, h);
@@ -137,7 +165,7 @@ impl FirstStep {
             }
             let each = T::from_f64(smooth_neighbour(valence.max(1), 1.0));
             for c in 0..N {
-                out[c] = own[c] + each * sum[c];
+                out[i][c] = own[c] + each * sum[c];
             }
         }
         overwrite(&self.vertices, values, faces, first, out);
@@ -148,7 +176,11 @@ impl FirstStep {
     }
 
     pub fn bytes(&self) -> usize {
-        self.edges.bytes() + self.vertices.bytes()
+        let needed = self
+            .needed
+            .as_ref()
+            .map_or(0, |Needed { faces, edges, vertices }| 4 * (faces.len() + edges.len() + vertices.len()));
+        self.edges.bytes() + self.vertices.bytes() + needed
     }
 }
 
@@ -159,6 +191,21 @@ fn neighbours<const QUADS: bool>(t: &Topology, h: u32) -> (u32, u32, u32) {
         return (h & !3 | (h + 1) & 3, h & !3 | h.wrapping_sub(1) & 3, h / 4);
     }
     (t.next(HalfEdge(h)).0, t.prev(HalfEdge(h)).0, t.face.get(h))
+}
+
+/// Those of some numbers, in ascending order, that are at least `first` and less than `count` beyond.
+fn among(numbers: &[u32], first: usize, count: usize) -> &[u32] {
+    let at = |end: usize| numbers.partition_point(|&i| (i as usize) < end);
+    &numbers[at(first)..at(first + count)]
+}
+
+/// How far they are beyond.
+#[inline(always)]
+fn offsets(numbers: &[u32], first: usize) -> impl Iterator<Item = usize> {
+    numbers.iter().map(
+        #[inline(always)]
+        move |&i| i as usize - first,
+    )
 }
 
 /// Those of a task that have rules of their own.
@@ -180,10 +227,16 @@ fn overwrite<T: Real, const N: usize>(
 }
 
 #[inline(always)]
-fn centroids<T: Real, const N: usize>(t: &Topology, values: &[[T; N]], first: usize, out: &mut [[T; N]]) {
+fn centroids<T: Real, const N: usize>(
+    t: &Topology,
+    values: &[[T; N]],
+    first: usize,
+    faces: impl Iterator<Item = usize>,
+    out: &mut [[T; N]],
+) {
     let quarter = T::from_f64(0.25);
-    for (out, f) in out.iter_mut().zip(first as u32..) {
-        let corners = t.face_vertices(Face(f));
+    for i in faces {
+        let (corners, out) = (t.face_vertices(Face::new(first + i)), &mut out[i]);
         if let [a, b, c, d] = *corners {
             let [a, b, c, d] = [a, b, c, d].map(|v| &values[v as usize]);
             for k in 0..N {

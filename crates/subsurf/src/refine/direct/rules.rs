@@ -128,7 +128,8 @@ impl Creases {
     }
 
     pub fn bytes(&self) -> usize {
-        4 * self.by_code.len() + self.rules.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
+        let kinds = self.kinds.len() * (size_of::<(bool, u64)>() + size_of::<u32>());
+        kinds + 4 * self.by_code.len() + self.rules.iter().map(|level| size_of_val(&level[..])).sum::<usize>()
     }
 }
 

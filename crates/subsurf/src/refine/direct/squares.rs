@@ -7,6 +7,7 @@ mod read;
 mod write;
 
 pub(super) use flags::flags;
+pub(super) use read::in_quad;
 
 use super::super::parts::{Task, Writer};
 use super::Deeper;
@@ -16,8 +17,8 @@ use super::rules::rounded;
 use crate::index::{Edge, Face, HalfEdge};
 use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, vectorized};
 use crate::real::Real;
-use crate::topology::{NONE, Topology};
-use flags::{HAS_FAN, IS_SHARP, OWNS_EDGE, all_flags};
+use crate::topology::{FaceOf, NONE, Topology};
+use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags, with_flag};
 use read::{CONTROL_QUAD, CORNER, QUAD, read, round_control_quad, round_corner, round_quad};
 use write::{Output, Place, write};
 
@@ -25,8 +26,8 @@ use write::{Output, Place, write};
 pub(super) struct Squares<'a, T, const N: usize> {
     deeper: &'a Deeper,
     t: &'a Topology,
-    /// Values of the level where squares start.
-    level: &'a [[T; N]],
+    /// Values of the levels where squares start, 0 and 1.
+    levels: [&'a [[T; N]]; 2],
     fans: Option<&'a FanValues<T, N>>,
     memory: Memory<T, N>,
 }
@@ -44,6 +45,11 @@ struct Memory<T, const N: usize> {
     owned: Vec<Place>,
 }
 
+/// Kinds of squares: quads that start at their control points, others, and corners of faces that are no quads.
+const EARLY_QUADS: usize = 0;
+const QUADS: usize = 1;
+const CORNERS: usize = 2;
+
 /// Up to sixteen squares of one kind.
 #[derive(Default)]
 struct Batch {
@@ -51,15 +57,58 @@ struct Batch {
     half_edges: [u32; LANES],
     /// How many edges the task's faces before own; of a corner also without those from the half-edge before on.
     edges: [[u32; 2]; LANES],
+    /// Of quads, those of all half-edges.
+    flags: [u32; LANES],
 }
 
 impl Batch {
     /// True where the batch is full.
     #[inline(always)]
-    fn push(&mut self, h: u32, edges: [u32; 2]) -> bool {
-        (self.half_edges[self.count], self.edges[self.count]) = (h, edges);
+    fn push(&mut self, h: u32, flags: u32, edges: [u32; 2]) -> bool {
+        let lane = self.count;
+        (self.half_edges[lane], self.flags[lane], self.edges[lane]) = (h, flags, edges);
         self.count += 1;
         self.count == LANES
+    }
+
+    /// The half-edges of the first `count` quads that have a flag, a bit for each.
+    #[inline(always)]
+    fn with(&self, flag: u8, count: usize) -> HalfEdges {
+        let mut bits = 0;
+        for (lane, &flags) in self.flags[..count].iter().enumerate() {
+            bits |= u64::from(with_flag(flags, flag)) << (4 * lane);
+        }
+        HalfEdges(bits)
+    }
+}
+
+/// Half-edges of sixteen quads, a bit for each: one loop over those of all quads ends once, where loops over those of each are hard
+/// to predict.
+#[derive(Clone, Copy)]
+struct HalfEdges(u64);
+
+impl HalfEdges {
+    #[inline(always)]
+    fn has(self, lane: usize, k: usize) -> bool {
+        self.0 >> (4 * lane + k) & 1 == 1
+    }
+
+    /// How many of a quad's come before its half-edge number `k`.
+    #[inline(always)]
+    fn before(self, lane: usize, k: usize) -> u32 {
+        (self.0 >> (4 * lane) & ((1 << k) - 1)).count_ones()
+    }
+}
+
+/// Lanes, and which of the four.
+impl Iterator for HalfEdges {
+    type Item = (usize, usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<(usize, usize)> {
+        let at = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (at < 64).then_some((at / 4, at % 4))
     }
 }
 
@@ -67,40 +116,50 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
     fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
         let (t, faces) = (self.t, task.faces.clone());
         let mut out = Output::new(t, task, self.deeper.depth);
-        let (mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), 0);
+        let (mut early, mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), Batch::default(), 0);
         for f in faces.map(Face::new) {
             let (first, sides) = (t.first(f), t.sides(f));
             let owns = |h: u32| u32::from(self.deeper.flags[h as usize] & OWNS_EDGE);
             if sides == 4 {
-                let owned = all_flags(&self.deeper.flags, first) & u32::from_le_bytes([OWNS_EDGE; 4]);
-                let is_full = quads.push(first, [edge; 2]);
-                edge += owned.count_ones();
-                if is_full {
-                    self.run::<true>(&mut quads, &mut out);
+                let flags = all_flags(&self.deeper.flags, first);
+                let before = [edge; 2];
+                edge += with_flag(flags, OWNS_EDGE).count_ones();
+                if with_flag(flags, IS_EARLY) == 15 {
+                    if early.push(first, flags, before) {
+                        self.run::<EARLY_QUADS>(&mut early, &mut out);
+                    }
+                } else if quads.push(first, flags, before) {
+                    self.run::<QUADS>(&mut quads, &mut out);
                 }
                 continue;
             }
             let centre = self.fans.and_then(|fans| self.deeper.fans.centre(fans, f.0));
-            out.parts[0][f.index() - out.first_face] = centre.unwrap_or(self.level[t.vertex_count() + f.index()]);
+            out.parts[0][f.index() - out.first_face] = centre.unwrap_or(self.levels[1][t.vertex_count() + f.index()]);
             let end = first + sides as u32;
             let mut before = edge + (first..end - 1).map(owns).sum::<u32>();
             for h in first..end {
                 let (own, owned) = (edge, owns(h));
                 edge += owned;
-                if corners.push(h, [own, before]) {
-                    self.run::<false>(&mut corners, &mut out);
+                if corners.push(h, 0, [own, before]) {
+                    self.run::<CORNERS>(&mut corners, &mut out);
                 }
                 before = own;
             }
         }
-        self.run::<true>(&mut quads, &mut out);
-        self.run::<false>(&mut corners, &mut out);
+        self.run::<EARLY_QUADS>(&mut early, &mut out);
+        self.run::<QUADS>(&mut quads, &mut out);
+        self.run::<CORNERS>(&mut corners, &mut out);
         out.corners
     }
 }
 
 impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
-    pub fn new(deeper: &'a Deeper, t: &'a Topology, level: &'a [[T; N]], fans: Option<&'a FanValues<T, N>>) -> Self {
+    pub fn new(
+        deeper: &'a Deeper,
+        t: &'a Topology,
+        levels: [&'a [[T; N]]; 2],
+        fans: Option<&'a FanValues<T, N>>,
+    ) -> Self {
         let rows = |layout: &Layout| -> Vec<u32> {
             layout.points.iter().flat_map(|&point| (0..N as u32).map(move |c| N as u32 * point + c)).collect()
         };
@@ -112,32 +171,36 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let lattice = |size: usize| vec![[[T::default(); LANES]; N]; lattice_points(size).max(QUAD) + LANES];
         let memory = Memory {
             lattices: [size / 2, size].map(lattice),
-            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES)],
+            // What is read may spill over by one.
+            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES) + 1],
             rows,
             corners: Vec::new(),
             owned: Vec::new(),
         };
-        Self { deeper, t, level, fans, memory }
+        Self { deeper, t, levels, fans, memory }
     }
 
     /// Refines the squares of a batch, and empties it.
     #[expect(clippy::redundant_closure, reason = "a function that is passed is not compiled for the machine's vectors")]
-    fn run<const QUADS: bool>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
+    fn run<const KIND: usize>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
         }
-        let Self { deeper, t, level, fans, memory } = self;
+        let Self { deeper, t, levels, fans, memory } = self;
         let (deeper, t, fans, half_edges) = (*deeper, *t, *fans, &batch.half_edges[..count]);
-        let layout = if QUADS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
+        let layout =
+            if KIND != CORNERS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
         let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
         // The last level comes to lie in the larger one.
         let (mut from, mut to) = (from, to);
-        if (deeper.depth - deeper.start) % 2 == 0 {
+        let start = usize::from(KIND != EARLY_QUADS);
+        let level = levels[start];
+        if (deeper.depth as usize - start).is_multiple_of(2) {
             std::mem::swap(&mut from, &mut to);
         }
-        let mut size = match (QUADS, deeper.start) {
-            (true, 0) => {
+        let mut size = match KIND {
+            EARLY_QUADS if matches!(t.face, FaceOf::Quads) => {
                 read::<T, N, CONTROL_QUAD>(
                     t,
                     level,
@@ -145,11 +208,23 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                     turned,
                     from,
                     #[inline(always)]
-                    |t, h| round_control_quad(t, h),
+                    |t, h| round_control_quad::<true>(t, h),
                 );
                 1
             }
-            (true, _) => {
+            EARLY_QUADS => {
+                read::<T, N, CONTROL_QUAD>(
+                    t,
+                    level,
+                    half_edges,
+                    turned,
+                    from,
+                    #[inline(always)]
+                    |t, h| round_control_quad::<false>(t, h),
+                );
+                1
+            }
+            QUADS => {
                 read::<T, N, QUAD>(
                     t,
                     level,
@@ -161,7 +236,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                 );
                 2
             }
-            (false, _) => {
+            _ => {
                 read::<T, N, CORNER>(
                     t,
                     level,
@@ -178,45 +253,42 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         let mut kinds = [[0; LANES]; 4];
         // In some lane: at all, and by the owner of the edge.
         let mut has_sharp = [[false; 2]; 4];
-        for (lane, &h) in half_edges.iter().enumerate() {
-            let mut side = |side: usize, h: u32| {
-                kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
-                has_sharp[side][0] = true;
-                has_sharp[side][1] |= deeper.flags[h as usize] & OWNS_EDGE != 0;
-            };
-            let mut corner = |corner: usize, h: u32| {
-                let fan = deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
-                corners.push((lane, corner, deeper.fans.corner(fan, h)));
-            };
-            if QUADS {
-                let mut sharp = all_flags(&deeper.flags, h) & u32::from_le_bytes([IS_SHARP; 4]);
-                while sharp != 0 {
-                    let k = sharp.trailing_zeros() / 8;
-                    side(k as usize, h + k);
-                    sharp &= sharp - 1;
-                }
-                let mut fans = all_flags(&deeper.flags, h) & u32::from_le_bytes([HAS_FAN; 4]);
-                while fans != 0 {
-                    let k = fans.trailing_zeros() / 8;
-                    corner(k as usize, h + k);
-                    fans &= fans - 1;
-                }
-            } else {
+        let mut side = |lane: usize, side: usize, h: u32, owns: bool| {
+            kinds[side][lane] = deeper.creases.kind(t, Edge(t.edge[h as usize]));
+            has_sharp[side][0] = true;
+            has_sharp[side][1] |= owns;
+        };
+        let fan_of = |h: u32| deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
+        let mut corner = |lane: usize, corner: usize, h: u32, fan: u32| {
+            corners.push((lane, corner, deeper.fans.corner(fan, h)));
+        };
+        if KIND != CORNERS {
+            let owned = batch.with(OWNS_EDGE, count);
+            for (lane, k) in batch.with(IS_SHARP, count) {
+                side(lane, k, half_edges[lane] + k as u32, owned.has(lane, k));
+            }
+            for (lane, k) in batch.with(HAS_FAN, count) {
+                let h = half_edges[lane] + k as u32;
+                corner(lane, k, h, fan_of(h));
+            }
+        } else {
+            for (lane, &h) in half_edges.iter().enumerate() {
                 for (at, h) in [(0, h), (3, t.prev(HalfEdge(h)).0)] {
-                    if deeper.flags[h as usize] & IS_SHARP != 0 {
-                        side(at, h);
+                    let flags = deeper.flags[h as usize];
+                    if flags & IS_SHARP != 0 {
+                        side(lane, at, h, flags & OWNS_EDGE != 0);
                     }
                 }
                 if deeper.flags[h as usize] & HAS_FAN != 0 {
-                    corner(0, h);
+                    corner(lane, 0, h, fan_of(h));
                 }
                 if let Some(fan) = fans.and_then(|_| deeper.fans.of_centre(t.face.get(h))) {
-                    corners.push((lane, 2, deeper.fans.corner(fan, h)));
+                    corner(lane, 2, h, fan);
                 }
             }
         }
         let smooth = rounded(&deeper.smooth);
-        for at in deeper.start as usize..deeper.depth as usize {
+        for at in start..deeper.depth as usize {
             let is_last = at + 1 == deeper.depth as usize;
             let mut sides: [Option<SideRules<T>>; 4] = [None; 4];
             for side in 0..4 {
@@ -247,12 +319,15 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             }
             std::mem::swap(&mut from, &mut to);
         }
-        let rows = &rows[usize::from(!QUADS)];
+        let rows = &rows[usize::from(KIND == CORNERS)];
         let turned = &mut turned[..LANES * layout.points.len()];
         turn(from.as_flattened(), rows, turned.as_flattened_mut());
         vectorized(
             #[inline(always)]
-            || write::<T, N, QUADS>(deeper, t, layout, batch, count, turned, from, owned, out),
+            || match KIND {
+                CORNERS => write::<T, N, false>(deeper, t, layout, batch, count, turned, from, owned, out),
+                _ => write::<T, N, true>(deeper, t, layout, batch, count, turned, from, owned, out),
+            },
         );
     }
 }

@@ -1,7 +1,7 @@
 //! Which vertices lie in and round a square, and their values into lanes.
 
 use crate::index::HalfEdge;
-use crate::kernel::{LANES, Sixteen, lattice_points, turn_back, vectorized};
+use crate::kernel::{LANES, PART, Parts, Sixteen, lattice_points, turn_back, vectorized};
 use crate::real::Real;
 use crate::topology::{NONE, Topology};
 
@@ -28,6 +28,18 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize>(
             for (ids, &h) in ids.iter_mut().zip(half_edges) {
                 *ids = round(t, h);
             }
+            if N == PART || N + 1 == PART {
+                // Four numbers at once, where the next overwrite what does not belong there.
+                let (parts, turned) = (Parts::new(level, 0), turned.as_flattened_mut());
+                for (ids, lane) in ids[..half_edges.len()].iter().zip(0..) {
+                    let row = &mut turned[N * stride * lane..][..N * POINTS + PART - N];
+                    for k in 0..POINTS {
+                        let out: &mut [T; PART] = row[N * k..].first_chunk_mut().expect("room for what spills over");
+                        *out = parts.at(ids[k] as usize);
+                    }
+                }
+                return;
+            }
             for (ids, row) in ids[..half_edges.len()].iter().zip(turned.chunks_exact_mut(stride)) {
                 for (&id, out) in ids.iter().zip(row) {
                     *out = level[id as usize];
@@ -38,14 +50,14 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize>(
     turn_back(turned[..LANES * stride].as_flattened(), out.as_flattened_mut());
 }
 
-/// The control vertices in and round a quad with first half-edge `first`, as a lattice of size 1. What lies across a corner
-/// where there are not four faces does not matter, nor what lies beyond a boundary.
+/// The control vertices in and round a quad that touches quads alone, with first half-edge `first`, as a lattice of size 1. What lies across a corner
+/// where there are not four faces does not matter, nor what lies beyond a boundary. `ALL` where all faces are quads.
 #[inline(always)]
-pub(super) fn round_control_quad(t: &Topology, first: u32) -> [u32; CONTROL_QUAD] {
+pub(super) fn round_control_quad<const ALL: bool>(t: &Topology, first: u32) -> [u32; CONTROL_QUAD] {
     // Corner by corner, counter-clockwise: across the corner, then beyond the side from there on.
     const BEYOND: [[usize; 3]; 4] = [[0, 1, 2], [3, 7, 11], [15, 14, 13], [12, 8, 4]];
     const OWN: [usize; 4] = [5, 6, 10, 9];
-    let at = |h: u32, by: u32| (h & !3 | (h + by) & 3) as usize;
+    let at = |h: u32, by: u32| if ALL { h & !3 | (h + by) & 3 } else { in_quad(t, h, by) } as usize;
     let own: &[u32; 4] = t.origin[first as usize..].first_chunk().expect("four corners");
     let twins: &[u32; 4] = t.twin[first as usize..].first_chunk().expect("four sides");
     let mut out = [own[0]; CONTROL_QUAD];
@@ -60,6 +72,13 @@ pub(super) fn round_control_quad(t: &Topology, first: u32) -> [u32; CONTROL_QUAD
         out[BEYOND[k][2]] = t.origin[at(twin, 3)];
     }
     out
+}
+
+/// The half-edge so many behind `h`, a side of a quad.
+#[inline(always)]
+pub(in super::super) fn in_quad(t: &Topology, h: u32, by: u32) -> u32 {
+    let first = t.face.first_of_few(h);
+    first + ((h - first + by) & 3)
 }
 
 /// The vertices of level 1 in and round a quad with first half-edge `first`, as a lattice of size 2. What lies across a corner

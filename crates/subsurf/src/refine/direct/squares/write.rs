@@ -4,7 +4,7 @@ use super::super::super::parts::Task;
 use super::super::Deeper;
 use super::super::layout::{Layout, Run, Side};
 use super::Batch;
-use super::flags::{BACKWARD, OWNS_EDGE, OWNS_VERTEX, all_flags};
+use super::flags::{BACKWARD, OWNS_EDGE, OWNS_VERTEX};
 use crate::index::HalfEdge;
 use crate::kernel::{LANES, Sixteen};
 use crate::real::Real;
@@ -83,34 +83,28 @@ pub(super) fn write<T: Real, const N: usize, const QUADS: bool>(
         first += run.count;
     }
     owned.clear();
-    for lane in 0..count {
-        let (h, edges) = (batch.half_edges[lane], batch.edges[lane]);
-        let mut own = |side: usize, number: u32, is_backward: bool| {
-            let (side, edge) = (&layout.sides[side], number as usize);
-            if !is_backward {
-                return owned.push(Place { points: lane * stride + side.start, element: edge });
-            }
-            write_backward(side, edge, lane, lattice, out);
-        };
-        if QUADS {
-            // Most quads own two edges and a vertex, but which ones they are is hard to predict.
-            let flags = all_flags(&deeper.flags, h);
-            let (mut edges, mut number) = (flags & u32::from_le_bytes([OWNS_EDGE; 4]), edges[0]);
-            while edges != 0 {
-                let at = edges.trailing_zeros();
-                own(at as usize / 8, number, (flags >> at) as u8 & BACKWARD != 0);
-                (edges, number) = (edges & (edges - 1), number + 1);
-            }
-            let mut vertices = flags & u32::from_le_bytes([OWNS_VERTEX; 4]);
-            while vertices != 0 {
-                let k = vertices.trailing_zeros() as usize / 8;
-                out.corners.push((t.origin[h as usize + k], turned[lane * stride + layout.corners + k]));
-                vertices &= vertices - 1;
-            }
+    let mut own = |out: &mut Output<'_, T, N>, lane: usize, side: usize, number: u32, is_backward: bool| {
+        let (side, element) = (&layout.sides[side], number as usize);
+        if is_backward {
+            write_backward(side, element, lane, lattice, out);
         } else {
+            owned.push(Place { points: lane * stride + side.start, element });
+        }
+    };
+    if QUADS {
+        let (edges, backward) = (batch.with(OWNS_EDGE, count), batch.with(BACKWARD, count));
+        for (lane, k) in edges {
+            own(out, lane, k, batch.edges[lane][0] + edges.before(lane, k), backward.has(lane, k));
+        }
+        for (lane, k) in batch.with(OWNS_VERTEX, count) {
+            let v = t.origin[batch.half_edges[lane] as usize + k];
+            out.corners.push((v, turned[lane * stride + layout.corners + k]));
+        }
+    } else {
+        for (lane, &h) in batch.half_edges[..count].iter().enumerate() {
             let flags = deeper.flags[h as usize];
             if flags & OWNS_EDGE != 0 {
-                own(0, edges[0], flags & BACKWARD != 0);
+                own(out, lane, 0, batch.edges[lane][0], flags & BACKWARD != 0);
             }
             if flags & OWNS_VERTEX != 0 {
                 out.corners.push((t.origin[h as usize], turned[lane * stride + layout.corners]));
