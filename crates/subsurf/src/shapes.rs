@@ -86,6 +86,26 @@ pub fn grid(columns: u32, rows: u32) -> Shape {
     Shape::new(format!("grid {columns}x{rows}"), &faces, positions, Tags::default())
 }
 
+/// A torus of `columns × rows` quads, bumpy and regular everywhere. Round three faces the neighbours of a face on both sides
+/// are the same.
+pub fn torus(columns: u32, rows: u32) -> Shape {
+    let at = |x: u32, y: u32| y % rows * columns + x % columns;
+    let angle = |i: u32, of: u32| 2.0 * PI * f64::from(i) / f64::from(of);
+    let positions = (0..columns * rows)
+        .map(|i| {
+            let (round, across) = (angle(i % columns, columns), angle(i / columns, rows));
+            let far = 2.0 + across.cos() + bump(i as usize);
+            [far * round.cos(), far * round.sin(), across.sin()]
+        })
+        .collect();
+    let quad = |i: u32| {
+        let (x, y) = (i % columns, i / columns);
+        vec![at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)]
+    };
+    let faces: Vec<Vec<u32>> = (0..columns * rows).map(quad).collect();
+    Shape::new(format!("torus {columns}x{rows}"), &faces, positions, Tags::default())
+}
+
 /// Two rings of quads round one vertex of valence `n`.
 pub fn interior_vertex(n: u32) -> Shape {
     fan(format!("interior valence {n}"), n, true, 3)

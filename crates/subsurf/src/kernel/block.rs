@@ -1,7 +1,7 @@
 //! Sixteen numbers at once, one per sample: one vector of the machine or several.
 
 use super::LANES;
-use fearless_simd::{Level, Simd, SimdBase, SimdFrom, f32x4, f32x8, f32x16, f64x4, f64x8, u8x64};
+use fearless_simd::{Level, Simd, SimdBase, SimdFrom, f32x4, f32x16, f64x4, f64x8, u8x64};
 
 /// What vector kernels ask of a number. All operations round as those of single numbers do.
 #[doc(hidden)]
@@ -26,10 +26,6 @@ pub trait Lanes: Sized + Copy + Default {
     fn quarters<S: Simd>(simd: S, x: Self::Block<S>) -> [Self; 4];
     /// Lanes of both in turn, `a0 b0 a1 b1 …`: the first sixteen and the last.
     fn zip<S: Simd>(simd: S, a: Self::Block<S>, b: Self::Block<S>) -> [Self::Block<S>; 2];
-    /// Four numbers, four times.
-    fn repeat<S: Simd>(simd: S, x: &[Self; 4]) -> Self::Block<S>;
-    /// Rows of four lanes to columns.
-    fn turned<S: Simd>(simd: S, x: Self::Block<S>) -> [[Self; 4]; 4];
     /// Four numbers less four others, in one step.
     fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4];
     /// Four numbers in double precision.
@@ -96,20 +92,6 @@ impl Lanes for f32 {
     }
 
     #[inline(always)]
-    fn repeat<S: Simd>(simd: S, x: &[Self; 4]) -> f32x16<S> {
-        f32x16::block_splat(f32x4::simd_from(simd, *x))
-    }
-
-    #[inline(always)]
-    fn turned<S: Simd>(simd: S, x: f32x16<S>) -> [[Self; 4]; 4] {
-        let (xy, zw) = simd.split_f32x16(x);
-        let (xz, yw) = (simd.zip_low_f32x8(xy, zw), simd.zip_high_f32x8(xy, zw));
-        let (low, high) = (simd.zip_low_f32x8(xz, yw), simd.zip_high_f32x8(xz, yw));
-        let ([a, b], [c, d]) = (halves_f32(simd, low), halves_f32(simd, high));
-        [a, b, c, d]
-    }
-
-    #[inline(always)]
     fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4] {
         simd.sub_f32x4(f32x4::simd_from(simd, a), f32x4::simd_from(simd, b)).into()
     }
@@ -133,12 +115,6 @@ impl Lanes for f32 {
             store_each::<Self, S, 3>(simd, xyz, out);
         }
     }
-}
-
-#[inline(always)]
-fn halves_f32<S: Simd>(simd: S, x: f32x8<S>) -> [[f32; 4]; 2] {
-    let (low, high) = simd.split_f32x8(x);
-    [low.into(), high.into()]
 }
 
 impl Lanes for f64 {
@@ -204,20 +180,6 @@ impl Lanes for f64 {
     fn zip<S: Simd>(simd: S, a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [[f64x8<S>; 2]; 2] {
         let (low, high) = (simd.zip_low_f64x8(a[0], b[0]), simd.zip_high_f64x8(a[0], b[0]));
         [[low, high], [simd.zip_low_f64x8(a[1], b[1]), simd.zip_high_f64x8(a[1], b[1])]]
-    }
-
-    #[inline(always)]
-    fn repeat<S: Simd>(simd: S, x: &[Self; 4]) -> [f64x8<S>; 2] {
-        let x = f64x4::simd_from(simd, *x);
-        [simd.combine_f64x4(x, x); 2]
-    }
-
-    #[inline(always)]
-    fn turned<S: Simd>(simd: S, x: [f64x8<S>; 2]) -> [[Self; 4]; 4] {
-        let (xz, yw) = (simd.zip_low_f64x8(x[0], x[1]), simd.zip_high_f64x8(x[0], x[1]));
-        let (low, high) = (simd.zip_low_f64x8(xz, yw), simd.zip_high_f64x8(xz, yw));
-        let ((a, b), (c, d)) = (simd.split_f64x8(low), simd.split_f64x8(high));
-        [a.into(), b.into(), c.into(), d.into()]
     }
 
     #[inline(always)]
@@ -313,22 +275,6 @@ mod tests {
             for (k, out) in out.iter().enumerate() {
                 assert_eq!(*out, [0, 1, 2].map(|c| T::from_f64((100 * c + k) as f64)));
             }
-        }
-        check::<f32>();
-        check::<f64>();
-    }
-
-    #[test]
-    fn columns_of_what_is_repeated_are_all_the_same() {
-        fn check<T: Real>() {
-            let lanes: [T; LANES] = std::array::from_fn(|k| T::from_f64(k as f64));
-            let turned = dispatch!(Level::new(), simd => T::turned(simd, T::load(simd, &lanes)));
-            for (k, column) in turned.iter().enumerate() {
-                assert_eq!(*column, [0, 4, 8, 12].map(|row| T::from_f64((row + k) as f64)));
-            }
-            let four = [3.0, 1.0, 4.0, 1.5].map(T::from_f64);
-            let turned = dispatch!(Level::new(), simd => T::turned(simd, T::repeat(simd, &four)));
-            assert_eq!(turned, four.map(|x| [x; 4]));
         }
         check::<f32>();
         check::<f64>();

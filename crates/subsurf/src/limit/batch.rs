@@ -1,4 +1,4 @@
-//! Many locations at once: samples of one face share its control points, samples of one sub-patch its sixteen points.
+//! Many locations at once: samples of one face share its control points, samples of one sub-patch its coefficients.
 //!
 //! A row is what [`LimitSurface::eval`] gives, with sums in the precision of the control points instead of `f64`. It has
 //! the same bits in any batch, in any order, on any number of threads.

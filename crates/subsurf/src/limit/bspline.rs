@@ -11,7 +11,7 @@ use crate::real::Real;
 
 /// Curve weights as polynomials in `x = t` or `x = 1 - t`, control point by control point, so that a loop over lanes does one
 /// thing in all of them: `a + x² (b + c x)`, its derivative in t `x (d + e x)` and second derivative `f + g x`.
-pub(crate) struct Weights {
+struct Weights {
     /// `x` at `t = 0`, and how it grows.
     pub x: [[f64; 4]; 2],
     pub value: [[f64; 4]; 3],
@@ -20,7 +20,7 @@ pub(crate) struct Weights {
 }
 
 /// `-0` is what adds nothing, to any number and for the compiler too.
-pub(crate) const WEIGHTS: Weights = Weights {
+const WEIGHTS: Weights = Weights {
     x: [[1.0, -0.0, 1.0, -0.0], [-1.0, 1.0, -1.0, 1.0]],
     value: [[-0.0, 2.0 / 3.0, 2.0 / 3.0, -0.0], [-0.0, -1.0, -1.0, -0.0], [1.0 / 6.0, 0.5, 0.5, 1.0 / 6.0]],
     slope: [[-0.0, -2.0, 2.0, -0.0], [-0.5, 1.5, -1.5, 0.5]],
@@ -29,7 +29,7 @@ pub(crate) const WEIGHTS: Weights = Weights {
 
 /// Weight of control point `i` at `t`: value, first and second derivative.
 #[inline(always)]
-pub(crate) fn weight<T: Real>(t: T, i: usize) -> [T; 3] {
+fn weight<T: Real>(t: T, i: usize) -> [T; 3] {
     // Constants one by one: closures are not compiled for the machine's own vectors.
     let Weights { x, value: [a, b, c], slope: [d, e], bend: [f, g] } = WEIGHTS;
     let x = T::from_f64(x[0][i]) + T::from_f64(x[1][i]) * t;

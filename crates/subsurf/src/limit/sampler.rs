@@ -1,4 +1,4 @@
-//! Samples of one patch: its ring is gathered once, each sub-patch's control points are formed once. One location by itself
+//! Samples of one patch: its ring is gathered once, each sub-patch's coefficients are formed once. One location by itself
 //! takes the same way in `f64`.
 
 use super::LimitSurface;

@@ -138,7 +138,8 @@ impl SpecialVertex {
     }
 
     /// Control points of a regular child over the canonical points, one row each: those of the position and
-    /// first derivatives, at depths above 0 relative to the limit position; with `second` those of second derivatives.
+    /// first derivatives, at depths above 0 relative to the limit position; with `second` those of what bends, constant and linear
+    /// parts left out.
     pub fn child_points(&self, depth: u32, index: usize, second: bool) -> Vec<Vec<f64>> {
         let x = &self.step.x[index];
         let point = |k: usize| {

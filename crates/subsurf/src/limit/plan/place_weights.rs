@@ -34,7 +34,8 @@ impl<'a> Plan<'a> {
                 let basis = tensor(&cubic(spot.s + MIDDLE), &cubic(spot.t + MIDDLE), count);
                 for (basis, row) in basis.iter().zip(out.chunks_exact_mut(ring)) {
                     for k in 0..LANES {
-                        row[usize::from(points[k])] = basis[k];
+                        // Where a mesh winds round in three faces, two control points are one vertex.
+                        row[usize::from(points[k])] += basis[k];
                     }
                 }
             }
@@ -132,5 +133,8 @@ mod tests {
             agrees(&shape, Scheme::Bilinear);
         }
         shapes::all_triangles().iter().for_each(|shape| agrees(shape, Scheme::Loop));
+        for (columns, rows) in [(3, 3), (3, 6)] {
+            agrees(&shapes::torus(columns, rows), Scheme::CatmullClark);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Regular sub-patches: every location but a special vertex lies in a piece of its face that one polynomial patch covers.
 //!
 //! The pieces of a plan are the leaves of its patch tree: a regular leaf is one, a leaf along a semi-sharp crease has
-//! three, one at a special vertex has three for every depth. A piece's control points are a small dense matrix times the
+//! three, one at a special vertex has three for every depth. A piece's coefficients are a small dense matrix times the
 //! face's ring, the same for all faces of the plan. Matrices are made when a location first needs them and kept up to
 //! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
 //!
