@@ -6,7 +6,8 @@ mod random_mesh;
 use brute_force::{Soup, apart, diagonal};
 use random_mesh::{Base, random_points};
 use subsurf::{
-    Boundary, ControlMesh, Corner, Crease, Face, Location, Method, PatchTable, Rules, Scheme, TableSize, Tags,
+    Boundary, ControlMesh, Corner, Crease, Face, Location, MeshError, Method, PatchTable, Rules, Scheme, TableSize,
+    Tags,
 };
 
 fn mesh(base: Base, tags: Tags) -> ControlMesh {
@@ -106,6 +107,16 @@ fn a_pole_of_any_valence_has_few_plans() {
     // Its own faces look alike, and so do the rings further out: what costs is one ring per face.
     let [small, large] = [100, 400].map(table_size);
     assert_eq!(small.plans, large.plans);
+}
+
+#[test]
+fn a_pole_whose_rings_do_not_fit_is_refused_without_a_walk_round_it_per_face() {
+    // A walk per face, of as many steps as there are faces, would be 40 billion steps.
+    let umbrella = mesh(Base::Umbrella(200_000), Tags::default());
+    for scheme in [Scheme::CatmullClark, Scheme::Loop] {
+        let error = PatchTable::new(&umbrella, scheme).map(|_| ()).unwrap_err();
+        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
+    }
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Which vertices have quads alone round them with nothing sharp between, and how many faces lie round all others.
+//! Which vertices have quads alone round them with nothing sharp between, and how many vertices the faces round any vertex have
+//! beside it.
 
 use super::smooth_ring::VALENCES;
 use crate::index::{Face, Vertex};
@@ -12,8 +13,9 @@ pub(super) struct Fans {
     /// Valence of *smooth* vertices: interior manifold ones of quads with nothing sharp, where rings can be read directly; 0 of all
     /// others. Small, since every face asks for it several times.
     pub valence: Vec<u8>,
-    /// At non-manifold vertices, which have faces beyond the fan, how many vertices these faces have beside it, at most.
-    non_manifold: BTreeMap<u32, usize>,
+    /// What [`points`](Self::points) says at vertices where sizes do not tell: non-manifold ones, which have faces beyond the fan,
+    /// and poles, whose fans are too large to be walked round once per face.
+    points: BTreeMap<u32, usize>,
 }
 
 /// Vertices that a thread takes at a time.
@@ -26,25 +28,25 @@ impl Fans {
         if sizes.len() != t.vertex_count() {
             sizes = FanSize::all(t).0;
         }
-        let mut non_manifold = BTreeMap::new();
+        let is_pole = |v: &Vertex| sizes[v.index()].few_points().is_none() && !t.is_non_manifold_vertex(*v);
+        let poles: Vec<_> = vertices().filter(is_pole).map(|v| (v.0, FanSize::count_points(t, v))).collect();
+        let mut points: BTreeMap<u32, usize> = poles.into_iter().collect();
         if t.vertex_non_manifold.contains(&true) {
             for f in (0..t.face_count()).map(Face::new) {
                 for &v in t.face_vertices(f).iter().filter(|&&v| t.vertex_non_manifold[v as usize]) {
-                    *non_manifold.entry(v).or_default() += t.sides(f) - 1;
+                    *points.entry(v).or_default() += t.sides(f) - 1;
                 }
             }
         }
         let mut valence = subsurf_memory::with_capacity(sizes.len());
         vertices().map(|v| smooth_valence(t, v, sizes[v.index()]).unwrap_or(0)).collect_into_vec(&mut valence);
-        Self { sizes, valence, non_manifold }
+        Self { sizes, valence, points }
     }
 
     /// Vertices of the faces at `v` beside it, at most.
     pub fn points(&self, t: &Topology, v: u32) -> usize {
-        match t.vertex_non_manifold[v as usize] {
-            true => self.non_manifold.get(&v).copied().unwrap_or(0),
-            false => self.sizes[v as usize].points(t, Vertex(v)),
-        }
+        let few = if t.vertex_non_manifold[v as usize] { None } else { self.sizes[v as usize].few_points() };
+        few.unwrap_or_else(|| self.points.get(&v).copied().unwrap_or(0))
     }
 }
 

@@ -57,7 +57,7 @@ impl FanSize {
         self.0 & MANY_FACES == 0
     }
 
-    /// Number of faces.
+    /// Number of faces, of very many by a walk round the vertex.
     pub fn faces(self, t: &Topology, v: Vertex) -> usize {
         match self.few_faces() {
             Some(few) => few,
@@ -78,13 +78,17 @@ impl FanSize {
         if self.0 & (CLOSED | QUADS) == CLOSED | QUADS { self.few_faces() } else { None }
     }
 
-    /// Vertices of the faces beside the vertex, where all are different.
-    pub fn points(self, t: &Topology, v: Vertex) -> usize {
-        let points = match self.0 >> 8 {
-            MANY_POINTS => walk(t, v).1,
-            few => usize::from(few),
-        };
-        points + usize::from(self.0 & CLOSED == 0)
+    /// Vertices of the faces beside the vertex, where all are different; none for very many.
+    #[inline]
+    pub fn few_points(self) -> Option<usize> {
+        let points = self.0 >> 8;
+        (points < MANY_POINTS).then_some(usize::from(points) + usize::from(self.0 & CLOSED == 0))
+    }
+
+    /// The same for any number, by a walk round the vertex.
+    pub fn count_points(t: &Topology, v: Vertex) -> usize {
+        let (_, points, _, closed) = walk(t, v);
+        points + usize::from(!closed)
     }
 }
 
@@ -104,4 +108,60 @@ fn walk(t: &Topology, v: Vertex) -> (usize, usize, bool, bool) {
         quads &= sides == 4;
     });
     (faces, points, quads, closed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    /// The half-edges of the fan one by one, and whether it is closed.
+    fn fan(t: &Topology, v: Vertex) -> (Vec<crate::index::HalfEdge>, bool) {
+        let mut fan: Vec<_> = t.outgoing(v).into_iter().collect();
+        while let Some(&last) = fan.last() {
+            match t.turn_left(last) {
+                Some(h) if h == fan[0] => return (fan, true),
+                Some(h) => fan.push(h),
+                None => break,
+            }
+        }
+        (fan, false)
+    }
+
+    #[test]
+    fn sizes_of_fans_are_what_counting_their_faces_gives() {
+        let mut meshes = shapes::all();
+        meshes.extend(shapes::all_triangles());
+        // Round the numbers from which on sizes are not kept, in faces and in points.
+        meshes.extend([62, 63, 64, 127, 128].map(shapes::interior_vertex));
+        meshes.extend([62, 63, 64, 127, 128].map(shapes::boundary_vertex));
+        meshes.extend([254, 255, 256].map(shapes::interior_triangles));
+        meshes.extend([254, 255, 256].map(shapes::cone));
+        for shape in meshes {
+            let t = Topology::new(&shape.mesh).unwrap();
+            let (sizes, sum) = FanSize::all(&t);
+            let mut counted = 0;
+            for (v, size) in sizes.into_iter().enumerate() {
+                let (v, what) = (Vertex::new(v), format!("{}, vertex {v}", shape.name));
+                let (fan, closed) = fan(&t, v);
+                let sides: Vec<usize> = fan.iter().map(|&h| t.face_vertices(t.face(h)).len()).collect();
+                // All corners but the vertex; neighbours in the fan share the end of a spoke.
+                let spokes_shared = if closed { fan.len() } else { fan.len().saturating_sub(1) };
+                let mut points = sides.iter().map(|n| n - 1).sum::<usize>() - spokes_shared;
+                // Counted where there is no face, too, which nobody asks.
+                points += usize::from(fan.is_empty());
+                let few = (fan.len() < 63).then_some(fan.len());
+                assert_eq!(size.is_empty(), fan.is_empty(), "{what}");
+                assert_eq!(size.faces(&t, v), fan.len(), "{what}");
+                assert_eq!(size.few_faces(), few, "{what}");
+                let is_closed_of_quads = closed && sides.iter().all(|&n| n == 4);
+                assert_eq!(size.closed_quads(), few.filter(|_| is_closed_of_quads), "{what}");
+                assert_eq!(FanSize::count_points(&t, v), points, "{what}");
+                let is_kept = points - usize::from(!closed) < 255;
+                assert_eq!(size.few_points(), is_kept.then_some(points), "{what}");
+                counted += fan.len();
+            }
+            assert_eq!(sum, counted, "{}", shape.name);
+        }
+    }
 }
