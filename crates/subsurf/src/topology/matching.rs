@@ -318,8 +318,13 @@ impl Share {
 
 impl Matching {
     pub fn new(list: FaceList<'_>) -> Self {
+        let threads = if list.origin.len() < FEW { 1 } else { rayon::current_num_threads() };
+        Self::with_threads(list, threads)
+    }
+
+    /// The same, the vertices shared out to so many threads.
+    fn with_threads(list: FaceList<'_>, threads: usize) -> Self {
         let half_edges = list.origin.len();
-        let threads = if half_edges < FEW { 1 } else { rayon::current_num_threads() };
         let mut first_outgoing = filled(list.vertex_count, NONE);
         if threads == 1 {
             let (mut twin, mut edge) = (subsurf_memory::zeroed(half_edges), subsurf_memory::zeroed(half_edges));
@@ -379,6 +384,105 @@ impl Matching {
                 Edges { of_half_edge: std::mem::take(&mut self.edge), vertices: ends, half_edge: leader }
             }
             _ => Edges::number(list, &self.twin, &self.followers),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    /// Everything that is asked of a matching.
+    #[derive(PartialEq, Debug)]
+    struct Found {
+        twin: Vec<u32>,
+        first_outgoing: Vec<u32>,
+        followers: Vec<(u32, u32)>,
+        non_manifold: Vec<(u32, bool)>,
+        /// Leaders between the ends of every half-edge, from either end, and between vertices without an edge.
+        found: Vec<Option<u32>>,
+        edge_of_half_edge: Vec<u32>,
+        edge_vertices: Vec<[u32; 2]>,
+        edge_half_edge: Vec<u32>,
+    }
+
+    impl Found {
+        fn new(list: FaceList<'_>, threads: usize) -> Self {
+            let mut matching = Matching::with_threads(list, threads);
+            let mut found = Vec::new();
+            for (h, &a) in list.origin.iter().enumerate() {
+                let b = list.origin[list.face.next(h as u32, list.face_offset) as usize];
+                found.extend([matching.find(a, b), matching.find(b, a)]);
+                found.push(matching.find(a, (7 * h % list.vertex_count) as u32));
+            }
+            let edges = matching.take_edges(list);
+            Self {
+                twin: matching.twin,
+                first_outgoing: matching.first_outgoing,
+                followers: matching.followers,
+                non_manifold: matching.non_manifold,
+                found,
+                edge_of_half_edge: edges.of_half_edge,
+                edge_vertices: edges.vertices,
+                edge_half_edge: edges.half_edge,
+            }
+        }
+    }
+
+    fn is_the_same_for_any_number_of_threads(what: &str, faces: &[Vec<u32>]) {
+        let origin = faces.concat();
+        let mut face_offset = vec![0];
+        faces.iter().for_each(|face| face_offset.push(face_offset.last().unwrap() + face.len() as u32));
+        // One vertex has no face.
+        let vertex_count = *origin.iter().max().unwrap() as usize + 2;
+        let face = FaceOf::new(&face_offset);
+        let list = FaceList { vertex_count, face_offset: &face_offset, origin: &origin, face: &face };
+        let one = Found::new(list, 1);
+        for threads in [2, 3, 7] {
+            let several = Found::new(list, threads);
+            assert!(several == one, "{what}, {threads} threads: {several:?} instead of {one:?}");
+        }
+    }
+
+    fn faces(shape: &shapes::Shape) -> Vec<Vec<u32>> {
+        shape.mesh.faces().map(<[u32]>::to_vec).collect()
+    }
+
+    #[test]
+    fn edges_do_not_depend_on_the_number_of_threads() {
+        let mut all = shapes::all();
+        all.extend(shapes::all_triangles());
+        // A pole with more edges than a chain takes.
+        all.extend([shapes::three_sheets(), shapes::cone(300)]);
+        all.iter().for_each(|shape| is_the_same_for_any_number_of_threads(&shape.name, &faces(shape)));
+    }
+
+    #[test]
+    fn edges_of_long_lists_do_not_depend_on_the_number_of_threads() {
+        // Several pieces, some of which threads skip, and odd edges in the last one.
+        let grid = shapes::grid(70, 70);
+        let mut list = faces(&grid);
+        for odd in [shapes::three_sheets(), shapes::degenerate_faces(), shapes::cone(60)] {
+            let first = list.iter().flatten().max().unwrap() + 1;
+            list.extend(faces(&odd).into_iter().map(|face| face.into_iter().map(|v| v + first).collect::<Vec<_>>()));
+        }
+        is_the_same_for_any_number_of_threads("grid and odd shapes", &list);
+        list.reverse();
+        is_the_same_for_any_number_of_threads("odd shapes and grid", &list);
+    }
+
+    #[test]
+    fn edges_of_faces_in_disorder_do_not_depend_on_the_number_of_threads() {
+        // Few vertices: edges of many faces, faces that name a vertex or an edge twice, chains that are full.
+        for vertices in [3u64, 5, 12, 90] {
+            let mut x = vertices;
+            let mut next = |n: u64| {
+                x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                ((x >> 33) % n) as u32
+            };
+            let faces: Vec<Vec<u32>> = (0..2000).map(|_| (0..3 + next(3)).map(|_| next(vertices)).collect()).collect();
+            is_the_same_for_any_number_of_threads(&format!("faces of {vertices} vertices"), &faces);
         }
     }
 }
