@@ -114,6 +114,8 @@ impl UniformRefinement {
     /// # Errors
     /// [`MeshError::TooLarge`] where the level would overflow 32-bit indices.
     pub fn from_topology(mut control: Topology, scheme: Scheme, depth: u32) -> Result<Self, MeshError> {
+        // Patch tables use them, refinement does not.
+        control.fan_sizes = Vec::new();
         let split = scheme.split();
         let mut counts = Counts::of(&control);
         for _ in 0..depth {
