@@ -1,7 +1,6 @@
 // Processor time of this process, and free memory handed back to the system; src/performance/clock.rs is the only caller.
 
 #include <malloc.h>
-#include <sys/mman.h>
 #include <time.h>
 
 #include <cstdint>
@@ -21,18 +20,8 @@ extern "C" {
 // Nanoseconds that all threads of this process have run.
 uint64_t peer_processor_ns() { return nanoseconds(CLOCK_PROCESS_CPUTIME_ID); }
 
-// Pages that hold no allocation go back to the system, so that who allocates next pays for fresh ones. The system's own
-// free memory is used once before: a virtual machine may have handed it to its host, which takes long to give it back,
-// and whoever comes first would pay for that.
-void peer_release_free_memory() {
-    malloc_trim(0);
-    size_t const bytes = size_t(512) << 20, page = 4096;
-    void* used = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (used == MAP_FAILED) return;
-    madvise(used, bytes, MADV_HUGEPAGE);
-    for (size_t i = 0; i < bytes; i += page) static_cast<char volatile*>(used)[i] = 1;
-    munmap(used, bytes);
-}
+// Pages that hold no allocation go back to the system, so that who allocates next pays for fresh ones.
+void peer_release_free_memory() { malloc_trim(0); }
 
 // Bytes in allocations.
 uint64_t peer_allocated_bytes() {

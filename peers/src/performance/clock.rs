@@ -34,8 +34,7 @@ pub fn spent<R>(work: impl FnOnce() -> R) -> (Spent, R) {
     (Spent { processor, wall: start.elapsed().as_nanos() as f64 }, result)
 }
 
-/// Hands free memory back to the system, so that whoever allocates next pays for fresh pages, but not for those that a virtual
-/// machine has handed to its host.
+/// Hands free memory back to the system, so that whoever allocates next pays for fresh pages.
 pub fn release_free_memory() {
     peer_release_free_memory();
 }

@@ -60,8 +60,7 @@ called absent.
 - **Ratios** are others' time by ours: above 1 we are faster. All do the work in turn, round after round; a ratio is the
   median over the rounds of the ratio in each. Where it says so, quartiles stand beside it.
 - **Cold** is from face lists, and from positions where the result has any, with everything built on the way; free memory
-  goes back to the system before every run, so that everyone pays for fresh pages; half a gigabyte of the system's is used once
-  before, because a virtual machine's host may have taken it. **Warm** is new positions on a mesh whose
+  goes back to the system before every run, so that everyone pays for fresh pages. **Warm** is new positions on a mesh whose
   tables are built.
 - **Writing the output** is the floor: the time to write as many numbers, with nothing to compute, to fresh memory (cold)
   or memory used before (warm). Fresh memory costs most of it: our arrays ask for huge pages, where the system has them, and so does
