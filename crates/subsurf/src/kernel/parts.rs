@@ -1,5 +1,6 @@
 //! Points of any list four components at a time, as vector lanes want them, and such parts as vectors.
 
+use super::LANES;
 use super::block::Lanes;
 use crate::real::Real;
 use fearless_simd::{Simd, SimdFrom, f32x4, f64x4};
@@ -134,7 +135,14 @@ impl<'a, V: Real, const N: usize> Parts<'a, V, N> {
     pub fn at(&self, number: usize) -> Part<V> {
         // Four numbers at once; those of the last value are not followed by others.
         if N == PART || N + 1 == PART {
-            *self.values.as_flattened()[N * number..].first_chunk::<PART>().unwrap_or(&self.last)
+            let start = N * number;
+            match self.values.as_flattened().get(start..start + PART) {
+                Some(&[a, b, c, d]) => [a, b, c, d],
+                _ => {
+                    assert!(number < self.values.len(), "value {number} of {}", self.values.len());
+                    self.last
+                }
+            }
         } else {
             self.one_by_one(number)
         }
@@ -180,6 +188,65 @@ pub(crate) fn put<T: Real, const N: usize, const R: usize>(parts: &[Part<T>; R],
             }
         }
     }
+}
+
+/// Components of sixteen values side by side: what is written before it is read.
+pub(crate) type Records<T> = [[Part<T>; LANES]; 6];
+
+/// Writes a part of sixteen values, one a lane, or of as many as have numbers, each by its number: vector `r` of a value has
+/// `planes[r][c]` as component `first + c`. `records` is memory to work in.
+#[inline(always)]
+pub(crate) fn put_sixteen<T: Real, S: Simd, const N: usize, const R: usize>(
+    simd: S,
+    planes: &[[T::Block<S>; PART]; R],
+    first: usize,
+    (records, numbers): (&mut Records<T>, &[u32]),
+    out: &mut [[[T; N]; R]],
+) {
+    // Groups of four numbers that follow each other: of all vectors together where one part is all there is.
+    let (groups, width) = if N <= PART { ((R * N).div_ceil(PART), R * N) } else { (R, PART * R) };
+    for g in 0..groups {
+        let mut four = planes[0];
+        for k in 0..PART {
+            let i = if PART * g + k < width { PART * g + k } else { PART * g };
+            four[k] = if N <= PART { planes[i / N][i % N] } else { planes[i / PART][i % PART] };
+        }
+        let ([a, b], [c, d]) = transposed::<T, S>(simd, four);
+        for (quarter, block) in records[g].as_chunks_mut::<4>().0.iter_mut().zip([a, b, c, d]) {
+            if let Some(quarter) = quarter.as_flattened_mut().first_chunk_mut::<LANES>() {
+                T::store(simd, block, quarter);
+            }
+        }
+    }
+    for k in 0..if numbers.len() < LANES { numbers.len() } else { LANES } {
+        let row = out[numbers[k] as usize].as_flattened_mut();
+        for g in 0..groups {
+            if N <= PART {
+                if PART * g + PART <= R * N
+                    && let Some(four) = row[PART * g..].first_chunk_mut::<PART>()
+                {
+                    *four = records[g][k];
+                } else {
+                    for c in 0..R * N - PART * g {
+                        row[PART * g + c] = records[g][k][c];
+                    }
+                }
+            } else {
+                for c in 0..PART {
+                    if first + c < N {
+                        row[N * g + first + c] = records[g][k][c];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Four components of sixteen parts, component by component, to parts side by side.
+#[inline(always)]
+pub(crate) fn transposed<T: Real, S: Simd>(simd: S, c: [T::Block<S>; PART]) -> ([T::Block<S>; 2], [T::Block<S>; 2]) {
+    let [xz, yw] = [T::zip(simd, c[0], c[2]), T::zip(simd, c[1], c[3])];
+    (T::zip(simd, xz[0], yw[0]), T::zip(simd, xz[1], yw[1]))
 }
 
 #[cfg(test)]

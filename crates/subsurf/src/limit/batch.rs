@@ -103,9 +103,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'_, T, N>> {
         let patch = self.table().patch(face, subface);
         self.table().patch_plan(patch)?;
-        let mut sampler = Sampler::default();
-        sampler.meet(patch);
-        Some(LimitPatch { surface: self, sampler, places: Places::new() })
+        Some(LimitPatch { surface: self, patch, sampler: Sampler::default(), places: Places::new() })
     }
 }
 
@@ -118,8 +116,9 @@ fn check_rows<const R: usize>(samples: usize, rows: usize) {
 /// One patch of a limit surface, for many samples: see [`LimitSurface::patch`].
 pub struct LimitPatch<'a, T, const N: usize> {
     surface: &'a LimitSurface<'a, T, N>,
+    patch: usize,
     sampler: Sampler<T>,
-    places: Places,
+    places: Places<T>,
 }
 
 impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
@@ -130,8 +129,9 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
         for (start, some) in (0..).step_by(TOGETHER).zip(places.chunks(TOGETHER)) {
-            self.places.set(self.surface.table(), some.len(), |k| (some[k], (start + k) as u32));
-            self.sampler.run(self.surface, &self.places, 0..some.len(), rows);
+            let (patch, number) = (self.patch, |k| (start + k) as u32);
+            self.places.set(self.surface.table(), some.len(), |k| (some[k], number(k), ()), |()| patch);
+            self.sampler.run(self.surface, &self.places, rows);
         }
         self.sampler.take_exceptional(0)
     }
@@ -142,7 +142,7 @@ struct Chunk<T> {
     sampler: Sampler<T>,
     by_patch: ByPatch,
     /// Some of them, and the ends of their rows.
-    places: Places,
+    places: Places<T>,
     touched: Vec<[T; 2]>,
 }
 
@@ -183,14 +183,10 @@ impl<T: Real> Chunk<T> {
                     table,
                     some.len(),
                     #[inline(always)]
-                    |k| ([some[k].u, some[k].v], (number + k) as u32),
+                    |k| ([some[k].u, some[k].v], (number + k) as u32, (some[k].face, some[k].subface)),
+                    |(face, subface)| table.patch(face, subface),
                 );
-                let mut start = 0;
-                for run in some.chunk_by(is_same) {
-                    sampler.meet(table.patch(run[0].face, run[0].subface));
-                    sampler.run(surface, places, start..start + run.len(), rows);
-                    start += run.len();
-                }
+                sampler.run(surface, places, rows);
             }
             return sampler.take_exceptional(first);
         }
@@ -204,21 +200,14 @@ impl<T: Real> Chunk<T> {
                     end - start,
                     #[inline(always)]
                     |k| bucket.place(start + k),
+                    |patch| patch as usize,
                 );
                 // Rows lie all over the place, so many reads at a time, that they are at hand when they are written.
                 for (touched, &row) in touched.iter_mut().zip(&places.number) {
                     let row = rows[row as usize].as_flattened();
                     *touched = [row.first(), row.last()].map(|end| end.copied().unwrap_or_default());
                 }
-                let mut k = start;
-                while k < end {
-                    let (patch, first) = (bucket.patch(k), k);
-                    while k < end && bucket.patch(k) == patch {
-                        k += 1;
-                    }
-                    sampler.meet(patch);
-                    sampler.run(surface, places, first - start..k - start, rows);
-                }
+                sampler.run(surface, places, rows);
             }
         }
         sampler.take_exceptional(first)

@@ -101,17 +101,11 @@ impl Bucket<'_> {
         self.records.len()
     }
 
-    /// Parameters and number of the `k`-th location.
+    /// Parameters, number and patch of the `k`-th location.
     #[inline(always)]
-    pub fn place(&self, k: usize) -> ([f64; 2], u32) {
+    pub fn place(&self, k: usize) -> ([f64; 2], u32, u32) {
         let [u, v, key] = self.records[self.order[k] as usize];
-        ([f64::from_bits(u), f64::from_bits(v)], key as u32)
-    }
-
-    /// The patch of the `k`-th location.
-    #[inline(always)]
-    pub fn patch(&self, k: usize) -> usize {
-        (self.records[self.order[k] as usize][2] >> 32) as usize
+        ([f64::from_bits(u), f64::from_bits(v)], key as u32, (key >> 32) as u32)
     }
 }
 
@@ -136,8 +130,8 @@ mod tests {
             for bucket in 0..by_patch.buckets() {
                 let bucket = by_patch.bucket(bucket);
                 for k in 0..bucket.len() {
-                    let ([u, v], number) = bucket.place(k);
-                    let (patch, at) = (bucket.patch(k), at[number as usize]);
+                    let ([u, v], number, patch) = bucket.place(k);
+                    let (patch, at) = (patch as usize, at[number as usize]);
                     assert_eq!((u, v, patch), (at.u, at.v, table.patch(Face(at.face.0), 0)));
                     assert!(last <= patch && !met[number as usize]);
                     (last, met[number as usize]) = (patch, true);

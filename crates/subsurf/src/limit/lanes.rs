@@ -5,9 +5,9 @@
 //! quartic one, see [`EXPONENTS`](super::box_spline::EXPONENTS). Values of more than four components are evaluated in parts.
 //! Loops are written out, since closures given to the standard library are not compiled for the machine's own vectors.
 
-use super::plan::{Pose, SubPatch};
+use super::plan::Pose;
 use super::powers;
-use crate::kernel::{LANES, PART, Part};
+use crate::kernel::{LANES, PART, Part, transposed};
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use fearless_simd::Simd;
@@ -32,14 +32,14 @@ pub(super) fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
 }
 
 /// A part of a piece of a face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Piece<T> {
     pub panel: Panel<T>,
     pub frame: Frame<T>,
 }
 
 /// How a part of a piece lies.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Frame<T> {
     /// What the coefficients are relative to.
     pub base: Part<T>,
@@ -87,33 +87,101 @@ impl<T: Real> Frame<T> {
     }
 }
 
+impl<T: Real> Piece<T> {
+    /// Takes coefficients in.
+    #[inline(always)]
+    pub fn set<S: Simd>(&mut self, simd: S, rows: &Rows<T, S>, frame: Frame<T>) {
+        for j in 0..4 {
+            T::store(simd, rows[j], &mut self.panel[j]);
+        }
+        self.frame = frame;
+    }
+
+    /// The coefficients as vectors.
+    #[inline(always)]
+    pub fn rows<S: Simd>(&self, simd: S) -> Rows<T, S> {
+        let mut rows = [T::splat(simd, T::default()); 4];
+        for j in 0..4 {
+            rows[j] = T::load(simd, &self.panel[j]);
+        }
+        rows
+    }
+
+    /// [`Frame::sample`] of a bicubic piece at sixteen places, one a lane, with the same bits: component by component.
+    #[inline(always)]
+    pub fn sixteen<S: Simd, const N: usize, const R: usize>(
+        &self,
+        simd: S,
+        s: T::Block<S>,
+        t: T::Block<S>,
+    ) -> [[T::Block<S>; PART]; R] {
+        let mut out = [[s; PART]; R];
+        for c in 0..if N < PART { N } else { PART } {
+            let mut values = powers::evaluate_sixteen::<T, S, R>(simd, &self.panel, c, s, t);
+            values[0] = T::plus(simd, T::splat(simd, self.frame.base[c]), values[0]);
+            if let Some(turn) = &self.frame.turn {
+                values = turned_sixteen::<T, S, R>(simd, turn, values);
+            }
+            for r in 0..R {
+                out[r][c] = values[r];
+            }
+        }
+        out
+    }
+}
+
+/// Derivatives in the face's parameters from those in the piece's.
+#[inline(always)]
+fn turned_sixteen<T: Real, S: Simd, const R: usize>(
+    simd: S,
+    [u, v]: &Turn<T>,
+    mut values: [T::Block<S>; R],
+) -> [T::Block<S>; R] {
+    if R > 1 {
+        let [s, t] = [values[1], values[2]];
+        values[1] = T::plus(simd, scaled_block::<T, S>(simd, u[0], s), scaled_block::<T, S>(simd, u[1], t));
+        values[2] = T::plus(simd, scaled_block::<T, S>(simd, v[0], s), scaled_block::<T, S>(simd, v[1], t));
+    }
+    if R > 3 {
+        let [ss, st, tt] = [values[3], values[4], values[5]];
+        for (r, [a, b]) in [[u, u], [u, v], [v, v]].into_iter().enumerate() {
+            let bend = [a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[1] * b[1]];
+            let sum = T::plus(simd, scaled_block::<T, S>(simd, bend[0], ss), scaled_block::<T, S>(simd, bend[1], st));
+            values[3 + r] = T::plus(simd, sum, scaled_block::<T, S>(simd, bend[2], tt));
+        }
+    }
+    values
+}
+
+#[inline(always)]
+fn scaled_block<T: Real, S: Simd>(simd: S, factor: T, x: T::Block<S>) -> T::Block<S> {
+    T::times(simd, T::splat(simd, factor), x)
+}
+
 #[inline(always)]
 fn scaled<T: Real, S: Simd>(simd: S, factor: T, x: T::Four<S>) -> T::Four<S> {
     T::four_times(simd, T::four(simd, [factor; PART]), x)
 }
 
-/// The coefficients of a part of a piece.
+/// Coefficients from control points, which are points of the ring.
 #[inline(always)]
-pub(super) fn rows<T: Real, S: Simd, const N: usize>(
+pub(super) fn from_points<T: Real, S: Simd>(
     simd: S,
-    matrix: &SubPatch<T>,
+    chosen: &[u8; LANES],
     ring: impl Fn(usize) -> Part<T> + Copy,
 ) -> Rows<T, S> {
-    match matrix {
-        SubPatch::Chosen(chosen) => {
-            let mut points = [[T::four(simd, [T::default(); PART]); 4]; 4];
-            for k in 0..LANES {
-                points[k / 4][k % 4] = T::four(simd, ring(usize::from(chosen[k])));
-            }
-            powers::coefficients_of::<T, S>(simd, points)
+    let mut points = [[T::four(simd, [T::default(); PART]); 4]; 4];
+    for j in 0..4 {
+        for i in 0..4 {
+            points[j][i] = T::four(simd, ring(usize::from(chosen[4 * j + i])));
         }
-        SubPatch::Weighted(blocks) => weighted::<T, S, N>(simd, blocks, ring),
     }
+    powers::coefficients_of::<T, S>(simd, points)
 }
 
 /// Coefficients from their weights over the ring.
 #[inline(always)]
-fn weighted<T: Real, S: Simd, const N: usize>(
+pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     simd: S,
     blocks: &[[T; LANES]],
     ring: impl Fn(usize) -> Part<T> + Copy,
@@ -139,9 +207,7 @@ fn weighted<T: Real, S: Simd, const N: usize>(
     for c in 0..if N < PART { N } else { PART } {
         sums[c] = T::plus(simd, sums[c], sides[1][c]);
     }
-    // From one component of all coefficients to all components of one.
-    let [xz, yw] = [T::zip(simd, sums[0], sums[2]), T::zip(simd, sums[1], sums[3])];
-    let ([a, b], [c, d]) = (T::zip(simd, xz[0], yw[0]), T::zip(simd, xz[1], yw[1]));
+    let ([a, b], [c, d]) = transposed::<T, S>(simd, sums);
     [a, b, c, d]
 }
 

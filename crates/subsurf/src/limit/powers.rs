@@ -72,7 +72,7 @@ pub(super) fn powers(x: f64) -> [[f64; 4]; 3] {
 }
 
 /// Value and derivatives of a patch at `(s, t)`: those that rows of `R` vectors have, see
-/// [`ORDERS`](super::bspline::ORDERS).
+/// [`ORDERS`](super::bspline::ORDERS). Lanes are the components of four coefficients.
 #[inline(always)]
 pub(super) fn evaluate<T: Real, S: Simd, const R: usize>(
     simd: S,
@@ -80,24 +80,71 @@ pub(super) fn evaluate<T: Real, S: Simd, const R: usize>(
     s: T,
     t: T,
 ) -> [T::Four<S>; R] {
-    // Horner's rule in t for all four powers of s, derivatives alongside.
-    let t = T::splat(simd, t);
-    let cubic = T::times(simd, rows[3], t);
-    let above = T::plus(simd, cubic, rows[2]);
-    let below = T::plus(simd, T::times(simd, above, t), rows[1]);
-    let value = T::plus(simd, T::times(simd, below, t), rows[0]);
+    // In t for all four powers of s.
+    let [value, slope, bend] = horner_in_blocks::<T, S, R>(simd, *rows, T::splat(simd, t));
     let s = T::four(simd, [s; 4]);
     let along = horner::<T, S, R>(simd, T::parted(simd, value), s);
     let mut out = [along[0]; R];
     if R > 1 {
-        let twice = T::plus(simd, cubic, above);
-        let slope = T::plus(simd, T::times(simd, twice, t), below);
         let across = horner::<T, S, R>(simd, T::parted(simd, slope), s);
         (out[1], out[2]) = (along[1], across[0]);
         if R > 3 {
-            let half = T::plus(simd, cubic, twice);
-            let bend = horner::<T, S, R>(simd, T::parted(simd, T::plus(simd, half, half)), s);
+            let bend = horner::<T, S, R>(simd, T::parted(simd, bend), s);
             (out[3], out[4], out[5]) = (along[2], across[1], bend[0]);
+        }
+    }
+    out
+}
+
+/// The same of component `c` at sixteen places, one a lane, with the same bits; coefficient `4 j + i` is entry `4 i + c` of
+/// row `j`.
+#[inline(always)]
+pub(super) fn evaluate_sixteen<T: Real, S: Simd, const R: usize>(
+    simd: S,
+    rows: &[[T; LANES]; 4],
+    c: usize,
+    s: T::Block<S>,
+    t: T::Block<S>,
+) -> [T::Block<S>; R] {
+    let (mut value, mut slope, mut bend) = ([s; 4], [s; 4], [s; 4]);
+    for i in 0..4 {
+        let mut column = [s; 4];
+        for j in 0..4 {
+            column[j] = T::splat(simd, rows[j][4 * i + c]);
+        }
+        [value[i], slope[i], bend[i]] = horner_in_blocks::<T, S, R>(simd, column, t);
+    }
+    let along = horner_in_blocks::<T, S, R>(simd, value, s);
+    let mut out = [along[0]; R];
+    if R > 1 {
+        let across = horner_in_blocks::<T, S, R>(simd, slope, s);
+        (out[1], out[2]) = (along[1], across[0]);
+        if R > 3 {
+            let bend = horner_in_blocks::<T, S, R>(simd, bend, s);
+            (out[3], out[4], out[5]) = (along[2], across[1], bend[0]);
+        }
+    }
+    out
+}
+
+/// [`horner`] of sixteen curves at once.
+#[inline(always)]
+fn horner_in_blocks<T: Real, S: Simd, const R: usize>(
+    simd: S,
+    c: [T::Block<S>; 4],
+    s: T::Block<S>,
+) -> [T::Block<S>; 3] {
+    let cubic = T::times(simd, c[3], s);
+    let above = T::plus(simd, cubic, c[2]);
+    let below = T::plus(simd, T::times(simd, above, s), c[1]);
+    let value = T::plus(simd, T::times(simd, below, s), c[0]);
+    let mut out = [value; 3];
+    if R > 1 {
+        let twice = T::plus(simd, cubic, above);
+        out[1] = T::plus(simd, T::times(simd, twice, s), below);
+        if R > 3 {
+            let half = T::plus(simd, cubic, twice);
+            out[2] = T::plus(simd, half, half);
         }
     }
     out

@@ -1,27 +1,42 @@
-//! Samples of one patch: its ring is gathered once, each sub-patch's coefficients are formed once. One location by itself
-//! takes the same way in `f64`.
+//! Samples of patches, lot by lot: pieces are found and their coefficients formed first, once for all samples that share them,
+//! then all samples are evaluated. One location by itself takes the same way in `f64`.
 
 use super::LimitSurface;
 use super::batch::Exceptional;
-use super::lanes::{Frame, Panel, Piece, Rows, rows, turns};
-use super::places::Places;
+use super::lanes::{Frame, Piece, from_points, turns, weighted};
+use super::places::{LOT, Places, Run};
 use super::plan::{Plan, Spot, SubPatch};
-use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, vectorized};
+use super::powers::MIDDLE;
+use super::turn::turned_points;
+use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, put_sixteen, vectorized};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
 use fearless_simd::{Level, Simd, dispatch};
 use std::ops::Range;
 
-/// A patch and its samples.
+/// Fewest samples of a piece that are evaluated a lane each, where sixteen numbers fit into one vector. Larger: more that are
+/// evaluated one by one; smaller: lanes stand idle. In double precision nothing would be gained: 12.7 ns a sample become 16.
+#[inline(always)]
+fn fewest<T>() -> usize {
+    if size_of::<T>() == 4 { 6 } else { usize::MAX }
+}
+
+/// Samples of patches.
 pub(super) struct Sampler<T> {
+    /// The patch of the sub-patches that were met.
     patch: usize,
-    /// The ring relative to its first point, part after part; gathered when a sub-patch needs it.
+    /// Its ring relative to its first point, part after part; gathered when a sub-patch needs it.
     ring: Vec<Part<T>>,
     /// Sub-patches that were met, all parts of each.
     pieces: Vec<Piece<T>>,
     /// By a sub-patch's number in its plan.
     met: Vec<Met>,
     visit: u32,
+    /// Patches that are one bicubic piece, and the pieces.
+    whole: Vec<Whole>,
+    whole_pieces: Vec<Piece<T>>,
+    /// The plan of the last one.
+    chosen: Chosen,
     exceptional: Vec<Exceptional>,
 }
 
@@ -32,8 +47,23 @@ struct Met {
     piece: u32,
 }
 
-/// Samples whose sub-patches are found before any is evaluated. Larger: memory on the stack; smaller: more calls.
-pub(super) const LOT: usize = 2 * LANES;
+/// A plan that is one piece of chosen control points, as it lies in a face.
+#[derive(Clone, Copy)]
+struct Chosen {
+    plan: usize,
+    turn: u8,
+    /// Number of points of the ring.
+    ring: usize,
+    /// In the order of the face's own parameters.
+    points: [u8; LANES],
+}
+
+/// Samples of a patch that is one piece of chosen control points.
+#[derive(Clone, Copy)]
+struct Whole {
+    run: Run,
+    chosen: Chosen,
+}
 
 /// Samples of pieces.
 struct Lot<T> {
@@ -52,6 +82,9 @@ impl<T> Default for Sampler<T> {
             pieces: Vec::new(),
             met: Vec::new(),
             visit: 0,
+            whole: Vec::new(),
+            whole_pieces: Vec::new(),
+            chosen: Chosen { plan: usize::MAX, turn: 0, ring: 0, points: [0; LANES] },
             exceptional: Vec::new(),
         }
     }
@@ -67,8 +100,7 @@ impl<T: Real> Sampler<T> {
     }
 
     /// Goes to a patch, or stays there.
-    #[inline]
-    pub fn meet(&mut self, patch: usize) {
+    fn meet(&mut self, patch: usize) {
         if patch == self.patch {
             return;
         }
@@ -81,50 +113,62 @@ impl<T: Real> Sampler<T> {
         });
     }
 
-    /// Evaluates some samples of the patch. Rows in holes are zero.
-    #[inline]
+    /// Evaluates samples. Rows in holes are zero.
     pub fn run<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
-        places: &Places,
-        range: Range<usize>,
+        places: &Places<T>,
         out: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
-        let Some(plan) = table.patch_plan(self.patch) else {
-            return places.number[range].iter().for_each(|&sample| self.skip(sample, out));
-        };
-        let plan = table.plan(plan);
-        let turn = table.turn(self.patch);
-        let split = table.scheme().split();
-        if let Some(spot) = plan.whole_spot(turn).filter(|_| split == SplitKind::Quads) {
-            let at = (0.5, 0.25, turn);
-            return plan.with_piece(
-                &spot,
-                at,
-                #[inline(always)]
-                |matrix| whole(surface, table.ring_of(self.patch, plan.ring()), matrix, &spot, places, range, out),
-            );
+        self.whole.clear();
+        for run in places.runs() {
+            let Some(plan) = table.patch_plan(run.patch) else {
+                places.number[run.start..run.end].iter().for_each(|&sample| self.skip(sample, out));
+                continue;
+            };
+            let turn = table.turn(run.patch);
+            if (plan, turn) == (self.chosen.plan, self.chosen.turn) || self.is_chosen(table.plan(plan), plan, turn) {
+                self.whole.push(Whole { run, chosen: self.chosen });
+                continue;
+            }
+            self.meet(run.patch);
+            let plan = table.plan(plan);
+            if let Some(spot) = plan.whole_spot(turn).filter(|_| table.scheme().split() == SplitKind::Quads) {
+                if self.pieces.is_empty() {
+                    self.add_piece(surface, plan, &spot, [0.5, 0.25]);
+                }
+                self.evaluate_only(&spot, run, places, out);
+                continue;
+            }
+            for start in (run.start..run.end).step_by(LOT) {
+                self.evaluate_lot(surface, plan, places, start..(start + LOT).min(run.end), out);
+            }
         }
-        let mut start = range.start;
-        while start < range.end {
-            let end = (start + LOT).min(range.end);
-            self.evaluate_lot(surface, places, start..end, out);
-            start = end;
-        }
+        self.evaluate_whole(surface, places, out);
+    }
+
+    /// Looks whether a plan is one piece of chosen control points, which are then at hand.
+    fn is_chosen(&mut self, plan: Plan<'_>, number: usize, turn: u8) -> bool {
+        let Some(spot) = plan.whole_spot(turn) else { return false };
+        plan.with_piece::<T, _>(&spot, (0.5, 0.25, turn), |matrix| {
+            let SubPatch::Chosen(points) = matrix else { return false };
+            self.chosen = Chosen { plan: number, turn, ring: plan.ring(), points: turned_points(points, turn) };
+            true
+        })
     }
 
     /// Evaluates samples of any pieces, up to [`LOT`].
     fn evaluate_lot<'a, V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'a, V, N>,
-        places: &Places,
+        plan: Plan<'a>,
+        places: &Places<T>,
         range: Range<usize>,
         out: &mut [[[T; N]; R]],
     ) {
         let table = surface.table;
-        let Some(plan) = table.patch_plan(self.patch) else { return };
-        let (plan, turn) = (table.plan(plan), table.turn(self.patch));
+        let turn = table.turn(self.patch);
         let all_at_vertex = match (places.u[range.start..].first_chunk(), places.v[range.start..].first_chunk()) {
             (Some(u), Some(v)) => vectorized(
                 #[inline(always)]
@@ -166,9 +210,8 @@ impl<T: Real> Sampler<T> {
             || {
                 for k in 0..lot.count {
                     for part in 0..N.div_ceil(PART) {
-                        let Piece { panel, frame } = &self.pieces[lot.piece[k] as usize + part];
-                        let rows = load(simd, panel);
-                        let sample = frame.sample::<_, R>(simd, split, &rows, lot.at[k]);
+                        let piece = &self.pieces[lot.piece[k] as usize + part];
+                        let sample = piece.frame.sample::<_, R>(simd, split, &piece.rows(simd), lot.at[k]);
                         put(&sample, PART * part, &mut out[lot.sample[k] as usize]);
                     }
                 }
@@ -188,6 +231,9 @@ impl<T: Real> Sampler<T> {
         let (ring, split) = (table.ring(self.patch), table.scheme().split());
         let turn = turns(spot.pose, split);
         plan.with_piece::<T, _>(spot, (u, v, table.turn(self.patch)), |matrix| {
+            let SubPatch::Weighted(blocks) = matrix else {
+                unreachable!("plans of chosen points have no other pieces")
+            };
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
@@ -195,32 +241,107 @@ impl<T: Real> Sampler<T> {
                         let points = Parts::new(surface.points, PART * part);
                         let base: Part<T> = points.rounded(ring[0] as usize);
                         let start = part * ring.len();
-                        if let (SubPatch::Weighted(_), true) = (matrix, self.ring.len() == start) {
+                        if self.ring.len() == start {
                             for &point in ring {
                                 self.ring.push(T::apart(simd, points.rounded(point as usize), base));
                             }
                         }
-                        let made = match matrix {
-                            SubPatch::Chosen(_) => rows::<T, _, N>(
-                                simd,
-                                matrix,
-                                #[inline(always)]
-                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
-                            ),
-                            SubPatch::Weighted(_) => {
-                                let gathered = &self.ring[start..start + ring.len()];
-                                rows::<T, _, N>(simd, matrix, #[inline(always)] |p| gathered[p])
-                            }
-                        };
-                        let mut panel = [[T::default(); LANES]; 4];
-                        for j in 0..4 {
-                            T::store(simd, made[j], &mut panel[j]);
-                        }
-                        self.pieces.push(Piece { panel, frame: Frame { base, turn } });
+                        let gathered = &self.ring[start..start + ring.len()];
+                        let rows = weighted::<T, _, N>(simd, blocks, #[inline(always)] |p| gathered[p]);
+                        let mut piece = Piece::default();
+                        piece.set(simd, &rows, Frame { base, turn });
+                        self.pieces.push(piece);
                     }
                 }
             ));
         });
+    }
+
+    /// Evaluates patches that are one piece of chosen control points: forms all their coefficients, then evaluates all samples.
+    /// In one go the compiler would take coefficients apart in registers, one shuffle or two for each.
+    fn evaluate_whole<V: Real, const N: usize, const R: usize>(
+        &mut self,
+        surface: &LimitSurface<'_, V, N>,
+        places: &Places<T>,
+        out: &mut [[[T; N]; R]],
+    ) {
+        let (table, parts) = (surface.table, N.div_ceil(PART));
+        if self.whole_pieces.len() < parts * self.whole.len() {
+            self.whole_pieces.resize_with(parts * self.whole.len(), Piece::default);
+        }
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                for part in 0..parts {
+                    let points = Parts::new(surface.points, PART * part);
+                    for (Whole { run, chosen }, pieces) in self.whole.iter().zip(self.whole_pieces.chunks_mut(parts)) {
+                        let ring = table.ring_of(run.patch, chosen.ring);
+                        let base: Part<T> = points.rounded(ring[0] as usize);
+                        let rows = from_points::<T, _>(
+                            simd,
+                            &chosen.points,
+                            #[inline(always)]
+                            |p| T::apart(simd, points.rounded(ring[p] as usize), base),
+                        );
+                        pieces[part].set(simd, &rows, Frame { base, turn: None });
+                    }
+                }
+            }
+        ));
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut records = [[[T::default(); PART]; LANES]; 6];
+                for part in 0..parts {
+                    for (Whole { run, .. }, pieces) in self.whole.iter().zip(self.whole_pieces.chunks(parts)) {
+                        let piece = &pieces[part];
+                        let mut start = run.start;
+                        while run.end - start >= fewest::<T>()
+                            && let Some((s, t)) = places.sixteen(start)
+                        {
+                            let end = if run.end - start < LANES { run.end } else { start + LANES };
+                            let [s, t] = [T::load(simd, s), T::load(simd, t)];
+                            let planes = piece.sixteen::<_, N, R>(simd, s, t);
+                            put_sixteen(simd, &planes, PART * part, (&mut records, &places.number[start..end]), out);
+                            start = end;
+                        }
+                        if start < run.end {
+                            let rows = piece.rows(simd);
+                            for k in start..run.end {
+                                let at = [places.s[k], places.t[k]];
+                                let sample = piece.frame.sample::<_, R>(simd, SplitKind::Quads, &rows, at);
+                                put(&sample, PART * part, &mut out[places.number[k] as usize]);
+                            }
+                        }
+                    }
+                }
+            }
+        ));
+    }
+
+    /// Evaluates samples of a patch that is one piece, which is at hand; the spot is any of it.
+    fn evaluate_only<const N: usize, const R: usize>(
+        &self,
+        spot: &Spot<'_>,
+        run: Run,
+        places: &Places<T>,
+        out: &mut [[[T; N]; R]],
+    ) {
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                for (part, piece) in self.pieces.iter().enumerate() {
+                    let rows = piece.rows(simd);
+                    for k in run.start..run.end {
+                        let (mut u, mut v) = ([places.u[k]], [places.v[k]]);
+                        spot.whole(SplitKind::Quads, &mut u, &mut v);
+                        let at = [T::from_f64(u[0]), T::from_f64(v[0])];
+                        let sample = piece.frame.sample::<_, R>(simd, SplitKind::Quads, &rows, at);
+                        put(&sample, PART * part, &mut out[places.number[k] as usize]);
+                    }
+                }
+            }
+        ));
     }
 
     /// Writes the row of a sample in a hole.
@@ -250,61 +371,6 @@ impl<T: Real> Sampler<T> {
     }
 }
 
-#[inline(always)]
-fn load<T: Real, S: Simd>(simd: S, panel: &Panel<T>) -> Rows<T, S> {
-    let mut rows = [T::splat(simd, T::default()); 4];
-    for j in 0..4 {
-        rows[j] = T::load(simd, &panel[j]);
-    }
-    rows
-}
-
-/// Evaluates samples of a face that is one bicubic piece.
-#[inline]
-fn whole<T: Real, V: Real, const N: usize, const R: usize>(
-    surface: &LimitSurface<'_, V, N>,
-    ring: &[u32],
-    matrix: &SubPatch<T>,
-    spot: &Spot<'_>,
-    places: &Places,
-    range: Range<usize>,
-    out: &mut [[[T; N]; R]],
-) {
-    dispatch!(Level::new(), simd => simd.vectorize(
-        #[inline(always)]
-        || {
-            for first in (0..N).step_by(PART) {
-                let points = Parts::new(surface.points, first);
-                let base: Part<T> = points.rounded(ring[0] as usize);
-                let frame = Frame { base, turn: turns(spot.pose, SplitKind::Quads) };
-                let rows = rows::<T, _, N>(
-                    simd,
-                    matrix,
-                    #[inline(always)]
-                    |p| T::apart(simd, points.rounded(ring[p] as usize), base),
-                );
-                let mut start = range.start;
-                while start < range.end {
-                    let end = if range.end - start < LANES { range.end } else { start + LANES };
-                    if let (Some(&u), Some(&v)) = (places.u[start..].first_chunk(), places.v[start..].first_chunk()) {
-                        let (mut u, mut v) = (u, v);
-                        spot.whole::<LANES>(SplitKind::Quads, &mut u, &mut v);
-                        let (mut s, mut t) = ([T::default(); LANES], [T::default(); LANES]);
-                        for k in 0..LANES {
-                            (s[k], t[k]) = (T::from_f64(u[k]), T::from_f64(v[k]));
-                        }
-                        for (k, &number) in places.number[start..end].iter().enumerate() {
-                            let sample = frame.sample::<_, R>(simd, SplitKind::Quads, &rows, [s[k], t[k]]);
-                            put(&sample, first, &mut out[number as usize]);
-                        }
-                    }
-                    start = end;
-                }
-            }
-        }
-    ));
-}
-
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// Position and derivatives at a location in a regular sub-patch.
     #[inline]
@@ -315,9 +381,9 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         spot: &Spot<'_>,
         [u, v]: [f64; 2],
     ) -> [[f64; N]; R] {
-        let (ring, split) = (self.table.ring(patch), self.table.scheme().split());
+        let (ring, split, face_turn) = (self.table.ring(patch), self.table.scheme().split(), self.table.turn(patch));
         let mut row = [[0.0; N]; R];
-        plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrix: &SubPatch<f64>| {
+        plan.with_piece(spot, (u, v, face_turn), |matrix: &SubPatch<f64>| {
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
@@ -327,6 +393,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
                         let values = alone::<_, N, R>(
                             simd,
                             (matrix, spot, split),
+                            ([u, v], face_turn),
                             base,
                             #[inline(always)]
                             |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
@@ -345,9 +412,18 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
 fn alone<S: Simd, const N: usize, const R: usize>(
     simd: S,
     (matrix, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
+    ([u, v], turn): ([f64; 2], u8),
     base: Part<f64>,
     ring: impl Fn(usize) -> Part<f64> + Copy,
 ) -> [Part<f64>; R] {
-    let rows = rows::<f64, S, N>(simd, matrix, ring);
-    Frame { base, turn: turns(spot.pose, split) }.sample(simd, split, &rows, [spot.s, spot.t])
+    match matrix {
+        SubPatch::Chosen(points) => {
+            let rows = from_points::<f64, S>(simd, &turned_points(points, turn), ring);
+            Frame { base, turn: None }.sample(simd, split, &rows, [u - MIDDLE, v - MIDDLE])
+        }
+        SubPatch::Weighted(blocks) => {
+            let rows = weighted::<f64, S, N>(simd, blocks, ring);
+            Frame { base, turn: turns(spot.pose, split) }.sample(simd, split, &rows, [spot.s, spot.t])
+        }
+    }
 }

@@ -33,6 +33,24 @@ pub(super) fn turn_all<const W: usize>(split: SplitKind, u: &mut [f64; W], v: &m
     }
 }
 
+/// The control points of a bicubic patch in the order of the face's own parameters, from those in the order of parameters
+/// that are [`turned`].
+#[inline(always)]
+pub(super) fn turned_points(points: &[u8; 16], turn: u8) -> [u8; 16] {
+    let mut out = *points;
+    for k in 0..16 {
+        let (i, j) = (k % 4, k / 4);
+        let (a, b) = match turn {
+            0 => (i, j),
+            1 => (j, 3 - i),
+            2 => (3 - i, 3 - j),
+            _ => (3 - j, i),
+        };
+        out[k] = points[4 * b + a];
+    }
+    out
+}
+
 /// The one near zero at that corner is exact.
 #[inline(always)]
 fn turned_quad(u: f64, v: f64, turn: u8) -> (f64, f64) {
