@@ -178,7 +178,9 @@ impl<T: Real> Chunk<T> {
             pairs += some.len();
         }
         if 4 * changes <= pairs {
-            for (number, some) in (0..).step_by(TOGETHER).zip(locations.chunks(TOGETHER)) {
+            let mut number = 0;
+            while number < locations.len() {
+                let some = &locations[number..];
                 places.set(
                     table,
                     some.len(),
@@ -187,27 +189,29 @@ impl<T: Real> Chunk<T> {
                     |(face, subface)| table.patch(face, subface),
                 );
                 sampler.run(surface, places, rows);
+                number += places.count();
             }
             return sampler.take_exceptional(first);
         }
         by_patch.fill(table, locations);
         for number in 0..by_patch.buckets() {
             let bucket = by_patch.bucket(number);
-            for start in (0..bucket.len()).step_by(TOGETHER) {
-                let end = (start + TOGETHER).min(bucket.len());
+            let mut start = 0;
+            while start < bucket.len() {
                 places.set(
                     table,
-                    end - start,
+                    bucket.len() - start,
                     #[inline(always)]
                     |k| bucket.place(start + k),
                     |patch| patch as usize,
                 );
                 // Rows lie all over the place, so many reads at a time, that they are at hand when they are written.
-                for (touched, &row) in touched.iter_mut().zip(&places.number) {
+                for (touched, &row) in touched.iter_mut().zip(&places.number[..places.count()]) {
                     let row = rows[row as usize].as_flattened();
                     *touched = [row.first(), row.last()].map(|end| end.copied().unwrap_or_default());
                 }
                 sampler.run(surface, places, rows);
+                start += places.count();
             }
         }
         sampler.take_exceptional(first)

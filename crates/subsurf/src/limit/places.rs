@@ -8,7 +8,7 @@ use crate::real::Real;
 
 /// Samples whose parameters are read and checked together. Larger: they do not stay in the cache; smaller: fewer reads at
 /// a time.
-pub(super) const TOGETHER: usize = 512;
+pub(super) const TOGETHER: usize = 256;
 
 /// Samples whose sub-patches are found before any is evaluated; so much room is behind the last sample. Larger: memory on the
 /// stack; smaller: more calls.
@@ -55,7 +55,8 @@ impl<T: Real> Places<T> {
         }
     }
 
-    /// Takes samples in: parameters, numbers, and what tells patches apart, of which `patch` makes numbers.
+    /// Takes samples in, as many as there is room for, and whole patches where there are several: parameters, numbers, and what
+    /// tells patches apart, of which `patch` makes numbers.
     ///
     /// # Panics
     /// If parameters lie outside of faces.
@@ -91,11 +92,18 @@ impl<T: Real> Places<T> {
                 runs
             },
         );
+        self.starts[runs].sample = count as u32;
+        // The last patch may have more samples than there was room for.
+        let runs = if runs > 1 && count == TOGETHER { runs - 1 } else { runs };
         self.starts.truncate(runs + 1);
         for start in &mut self.starts[..runs] {
             start.patch = patch(each(start.sample as usize).2) as u32;
         }
-        self.starts[runs].sample = count as u32;
+    }
+
+    /// How many samples were taken in.
+    pub fn count(&self) -> usize {
+        self.starts.last().map_or(0, |end| end.sample as usize)
     }
 
     /// Samples of one patch that follow each other, run by run.

@@ -32,9 +32,8 @@ pub(super) struct Sampler<T> {
     /// By a sub-patch's number in its plan.
     met: Vec<Met>,
     visit: u32,
-    /// Patches that are one bicubic piece, and the pieces.
+    /// Patches that are one bicubic piece.
     whole: Vec<Whole>,
-    whole_pieces: Vec<Piece<T>>,
     /// The plan of the last one.
     chosen: Chosen,
     exceptional: Vec<Exceptional>,
@@ -83,7 +82,6 @@ impl<T> Default for Sampler<T> {
             met: Vec::new(),
             visit: 0,
             whole: Vec::new(),
-            whole_pieces: Vec::new(),
             chosen: Chosen { plan: usize::MAX, turn: 0, ring: 0, points: [0; LANES] },
             exceptional: Vec::new(),
         }
@@ -128,13 +126,15 @@ impl<T: Real> Sampler<T> {
                 continue;
             };
             let turn = table.turn(run.patch);
-            if (plan, turn) == (self.chosen.plan, self.chosen.turn) || self.is_chosen(table.plan(plan), plan, turn) {
+            let (number, plan) = (plan, table.plan(plan));
+            let is_known = (number, turn) == (self.chosen.plan, self.chosen.turn);
+            let spot = if is_known { None } else { plan.whole_spot(turn) };
+            if is_known || spot.is_some_and(|spot| self.is_chosen(plan, &spot, number, turn)) {
                 self.whole.push(Whole { run, chosen: self.chosen });
                 continue;
             }
             self.meet(run.patch);
-            let plan = table.plan(plan);
-            if let Some(spot) = plan.whole_spot(turn).filter(|_| table.scheme().split() == SplitKind::Quads) {
+            if let Some(spot) = spot.filter(|_| table.scheme().split() == SplitKind::Quads) {
                 if self.pieces.is_empty() {
                     self.add_piece(surface, plan, &spot, [0.5, 0.25]);
                 }
@@ -149,9 +149,8 @@ impl<T: Real> Sampler<T> {
     }
 
     /// Looks whether a plan is one piece of chosen control points, which are then at hand.
-    fn is_chosen(&mut self, plan: Plan<'_>, number: usize, turn: u8) -> bool {
-        let Some(spot) = plan.whole_spot(turn) else { return false };
-        plan.with_piece::<T, _>(&spot, (0.5, 0.25, turn), |matrix| {
+    fn is_chosen<'a>(&mut self, plan: Plan<'a>, spot: &Spot<'a>, number: usize, turn: u8) -> bool {
+        plan.with_piece::<T, _>(spot, (0.5, 0.25, turn), |matrix| {
             let SubPatch::Chosen(points) = matrix else { return false };
             self.chosen = Chosen { plan: number, turn, ring: plan.ring(), points: turned_points(points, turn) };
             true
@@ -257,44 +256,36 @@ impl<T: Real> Sampler<T> {
         });
     }
 
-    /// Evaluates patches that are one piece of chosen control points: forms all their coefficients, then evaluates all samples.
-    /// In one go the compiler would take coefficients apart in registers, one shuffle or two for each.
+    /// Evaluates patches that are one piece of chosen control points. The coefficients of the next patch are formed before a
+    /// patch is evaluated: so they are read from memory, number by number, where the compiler would otherwise take them apart in
+    /// registers; and what waits for memory, here to be read and there to be written, waits side by side.
     fn evaluate_whole<V: Real, const N: usize, const R: usize>(
-        &mut self,
+        &self,
         surface: &LimitSurface<'_, V, N>,
         places: &Places<T>,
         out: &mut [[[T; N]; R]],
     ) {
-        let (table, parts) = (surface.table, N.div_ceil(PART));
-        if self.whole_pieces.len() < parts * self.whole.len() {
-            self.whole_pieces.resize_with(parts * self.whole.len(), Piece::default);
-        }
-        dispatch!(Level::new(), simd => simd.vectorize(
-            #[inline(always)]
-            || {
-                for part in 0..parts {
-                    let points = Parts::new(surface.points, PART * part);
-                    for (Whole { run, chosen }, pieces) in self.whole.iter().zip(self.whole_pieces.chunks_mut(parts)) {
-                        let ring = table.ring_of(run.patch, chosen.ring);
-                        let base: Part<T> = points.rounded(ring[0] as usize);
-                        let rows = from_points::<T, _>(
-                            simd,
-                            &chosen.points,
-                            #[inline(always)]
-                            |p| T::apart(simd, points.rounded(ring[p] as usize), base),
-                        );
-                        pieces[part].set(simd, &rows, Frame { base, turn: None });
-                    }
-                }
-            }
-        ));
         dispatch!(Level::new(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 let mut records = [[[T::default(); PART]; LANES]; 6];
-                for part in 0..parts {
-                    for (Whole { run, .. }, pieces) in self.whole.iter().zip(self.whole_pieces.chunks(parts)) {
-                        let piece = &pieces[part];
+                let mut pieces = [Piece::default(); 2];
+                for part in 0..N.div_ceil(PART) {
+                    let points = Parts::new(surface.points, PART * part);
+                    for next in 0..=self.whole.len() {
+                        if let Some(Whole { run, chosen }) = self.whole.get(next) {
+                            let ring = surface.table.ring_of(run.patch, chosen.ring);
+                            let base: Part<T> = points.rounded(ring[0] as usize);
+                            let rows = from_points::<T, _>(
+                                simd,
+                                &chosen.points,
+                                #[inline(always)]
+                                |p| T::apart(simd, points.rounded(ring[p] as usize), base),
+                            );
+                            pieces[next & 1].set(simd, &rows, Frame { base, turn: None });
+                        }
+                        let Some(before) = next.checked_sub(1) else { continue };
+                        let (run, piece) = (self.whole[before].run, &pieces[before & 1]);
                         let mut start = run.start;
                         while run.end - start >= fewest::<T>()
                             && let Some((s, t)) = places.sixteen(start)
