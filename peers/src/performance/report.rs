@@ -1,5 +1,6 @@
 //! The document: what was measured, on what, how, and whether goals are reached; everything from the records.
 
+use super::case::CHARACTER;
 use super::goals::{Behind, Outcome, behind, outcomes};
 use super::machine;
 use super::plot;
@@ -177,7 +178,25 @@ fn section_text(section: &Section, records: &[&Record]) -> String {
         let rows: Vec<&Record> = records.iter().filter(|r| r.unit == unit).copied().collect();
         text += &table(unit, &rows);
     }
+    if section.name == "tessellate" {
+        text += &frames(records);
+    }
     text + &spreads(records)
+}
+
+/// How often a second everyone evaluates new positions of the character.
+fn frames(records: &[&Record]) -> String {
+    let animated = records.iter().filter(|r| r.mesh == CHARACTER && r.what.ends_with("normals, warm"));
+    let mut text = String::new();
+    for record in animated {
+        let timed = record.entries.iter().filter(|e| e.name != FLOOR).filter_map(|e| Some((e, e.processor?)));
+        let (names, cells): (Vec<&str>, Vec<String>) =
+            timed.map(|(e, ns)| (e.name.as_str(), figure(1e9 / (ns.median * record.count)))).unzip();
+        let _ = write!(text, "\n| frames per second, one thread | {} |\n|---|", names.join(" | "));
+        text += &"--:|".repeat(names.len());
+        let _ = write!(text, "\n| {}, {} | {} |\n", record.mesh, record.what, cells.join(" | "));
+    }
+    text
 }
 
 /// One row per contest, one column for everyone.
