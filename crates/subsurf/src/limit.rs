@@ -1,5 +1,6 @@
 //! The limit surface, exactly: at any location, for any attribute.
 
+mod alone;
 mod batch;
 mod box_spline;
 mod bspline;

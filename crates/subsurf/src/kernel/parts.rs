@@ -211,8 +211,8 @@ pub(crate) fn put_sixteen<T: Real, S: Simd, const N: usize, const R: usize>(
             let i = if PART * g + k < width { PART * g + k } else { PART * g };
             four[k] = if N <= PART { planes[i / N][i % N] } else { planes[i / PART][i % PART] };
         }
-        let ([a, b], [c, d]) = transposed::<T, S>(simd, four);
-        for (quarter, block) in records[g].as_chunks_mut::<4>().0.iter_mut().zip([a, b, c, d]) {
+        let blocks = transposed::<T, S>(simd, four);
+        for (quarter, block) in records[g].as_chunks_mut::<4>().0.iter_mut().zip(blocks) {
             if let Some(quarter) = quarter.as_flattened_mut().first_chunk_mut::<LANES>() {
                 T::store(simd, block, quarter);
             }
@@ -244,14 +244,17 @@ pub(crate) fn put_sixteen<T: Real, S: Simd, const N: usize, const R: usize>(
 
 /// Four components of sixteen parts, component by component, to parts side by side.
 #[inline(always)]
-pub(crate) fn transposed<T: Real, S: Simd>(simd: S, c: [T::Block<S>; PART]) -> ([T::Block<S>; 2], [T::Block<S>; 2]) {
+pub(crate) fn transposed<T: Real, S: Simd>(simd: S, c: [T::Block<S>; PART]) -> [T::Block<S>; 4] {
     let [xz, yw] = [T::zip(simd, c[0], c[2]), T::zip(simd, c[1], c[3])];
-    (T::zip(simd, xz[0], yw[0]), T::zip(simd, xz[1], yw[1]))
+    let ([a, b], [c, d]) = (T::zip(simd, xz[0], yw[0]), T::zip(simd, xz[1], yw[1]));
+    [a, b, c, d]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::level;
+    use fearless_simd::dispatch;
 
     fn check<const N: usize>() {
         let values: Vec<[f32; N]> = (0..5).map(|i| std::array::from_fn(|c| (10 * i + c) as f32)).collect();
@@ -271,5 +274,40 @@ mod tests {
         check::<4>();
         check::<5>();
         check::<9>();
+    }
+
+    /// The rows of `count` samples, put sixteen at once and one by one, in an order of their own.
+    fn sixteen_as_alone<T: Real, const N: usize, const R: usize>(count: usize) {
+        let value = |k: usize, r: usize, c: usize| T::from_f64((100 * k + 10 * r + c) as f64);
+        let numbers: Vec<u32> = (0..count as u32).map(|k| 5 * k % 17).collect();
+        let untouched = [[T::from_f64(-1.0); N]; R];
+        let (mut together, mut alone) = ([untouched; 17], [untouched; 17]);
+        for first in (0..N).step_by(PART) {
+            dispatch!(level(), simd => {
+                let plane = |r, c| T::load(simd, &std::array::from_fn(|k| value(k, r, first + c)));
+                let planes = std::array::from_fn(|r| std::array::from_fn(|c| plane(r, c)));
+                let mut records = [[[T::default(); PART]; LANES]; 6];
+                put_sixteen(simd, &planes, first, (&mut records, &numbers), &mut together);
+            });
+            for (k, &number) in numbers.iter().enumerate() {
+                let parts = std::array::from_fn(|r| std::array::from_fn(|c| value(k, r, first + c)));
+                put::<T, N, R>(&parts, first, &mut alone[number as usize]);
+            }
+        }
+        assert_eq!(together, alone);
+    }
+
+    #[test]
+    fn sixteen_rows_are_those_put_one_by_one_and_no_other_is_touched() {
+        for count in [0, 1, 7, 16] {
+            sixteen_as_alone::<f32, 1, 1>(count);
+            sixteen_as_alone::<f32, 2, 3>(count);
+            sixteen_as_alone::<f32, 3, 1>(count);
+            sixteen_as_alone::<f32, 3, 3>(count);
+            sixteen_as_alone::<f64, 3, 6>(count);
+            sixteen_as_alone::<f32, 4, 6>(count);
+            sixteen_as_alone::<f32, 5, 3>(count);
+            sixteen_as_alone::<f64, 9, 6>(count);
+        }
     }
 }

@@ -1,7 +1,8 @@
-//! One polynomial piece at many parameters, one after the other: the vector lanes are the components of four coefficients, so
-//! that a sample fills them however few others lie on its piece.
+//! One polynomial piece at many parameters. One after the other, the vector lanes are the components of four coefficients, so
+//! that a sample fills them however few others lie on its piece; where many do, the lanes are sixteen samples. Both ways do the
+//! same operations in the same order, so that they give the same bits.
 //!
-//! Pieces come as the coefficients of [`SubPatch`]: sixteen of a bicubic patch, see [`powers`](super::powers), or fifteen of a
+//! Pieces come as the coefficients of [`SubPatch`](super::plan::SubPatch): sixteen of a bicubic patch, see [`powers`](super::powers), or fifteen of a
 //! quartic one, see [`EXPONENTS`](super::box_spline::EXPONENTS). Values of more than four components are evaluated in parts.
 //! Loops are written out, since closures given to the standard library are not compiled for the machine's own vectors.
 
@@ -207,8 +208,7 @@ pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     for c in 0..if N < PART { N } else { PART } {
         sums[c] = T::plus(simd, sums[c], sides[1][c]);
     }
-    let ([a, b], [c, d]) = transposed::<T, S>(simd, sums);
-    [a, b, c, d]
+    transposed::<T, S>(simd, sums)
 }
 
 /// A sample of a quartic patch: Horner's rule in t, then in s, derivatives alongside.

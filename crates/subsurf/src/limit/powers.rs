@@ -172,9 +172,9 @@ fn horner<T: Real, S: Simd, const R: usize>(simd: S, c: [T::Four<S>; 4], s: T::F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Part, PartLanes};
+    use crate::kernel::{Part, PartLanes, level};
     use crate::limit::bspline::{cubic, tensor};
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::dispatch;
 
     #[test]
     fn powers_give_the_patch_of_the_control_points() {
@@ -185,7 +185,7 @@ mod tests {
             let expected = tensor(&cubic(s), &cubic(t), 6).map(|w| (0..16).map(|k| w[k] * points[k]).sum::<f64>());
             let (s, t) = (s - MIDDLE, t - MIDDLE);
             let by_basis = tensor(&powers(s), &powers(t), 6).map(|w| (0..16).map(|k| w[k] * own[k]).sum::<f64>());
-            let by_vectors: [Part<f64>; 6] = dispatch!(Level::new(), simd => {
+            let by_vectors: [Part<f64>; 6] = dispatch!(level(), simd => {
                 let points = std::array::from_fn(|j| std::array::from_fn(|i| f64::four(simd, parts(4 * j + i))));
                 evaluate::<f64, _, 6>(simd, &coefficients_of::<f64, _>(simd, points), s, t).map(|x| f64::part(simd, x))
             });
@@ -197,5 +197,32 @@ mod tests {
                 assert!((one - if order == 0 { 1.0 } else { 0.0 }).abs() < 1e-14);
             }
         }
+    }
+
+    #[test]
+    fn sixteen_places_have_the_bits_of_each_by_itself() {
+        fn check<T: Real + PartLanes, const R: usize>() {
+            let number = |k: usize, m: usize| T::from_f64(((m * k + 5) % 23) as f64 / 23.0 - 0.5);
+            let panel: [[T; LANES]; 4] = std::array::from_fn(|j| std::array::from_fn(|k| number(16 * j + k, 7)));
+            let (s, t): ([T; LANES], [T; LANES]) =
+                (std::array::from_fn(|k| number(k, 3)), std::array::from_fn(|k| number(k, 11)));
+            dispatch!(level(), simd => for c in 0..4 {
+                let [all_s, all_t] = [T::load(simd, &s), T::load(simd, &t)];
+                let all: [[T; LANES]; R] = evaluate_sixteen::<T, _, R>(simd, &panel, c, all_s, all_t).map(|block| {
+                    let mut out = [T::default(); LANES];
+                    T::store(simd, block, &mut out);
+                    out
+                });
+                for k in 0..LANES {
+                    let rows = panel.map(|row| T::load(simd, &row));
+                    let alone = evaluate::<T, _, R>(simd, &rows, s[k], t[k]).map(|x| T::part(simd, x)[c]);
+                    assert_eq!(all.map(|lanes| lanes[k]), alone);
+                }
+            });
+        }
+        check::<f32, 1>();
+        check::<f32, 3>();
+        check::<f32, 6>();
+        check::<f64, 6>();
     }
 }

@@ -1,17 +1,17 @@
-//! Samples of patches, lot by lot: pieces are found and their coefficients formed first, once for all samples that share them,
-//! then all samples are evaluated. One location by itself takes the same way in `f64`.
+//! Samples of patches. One that is a regular piece is evaluated as a whole, sixteen samples at a time, one a lane; elsewhere
+//! samples find their pieces lot by lot, the coefficients of each are formed once, and samples come one after the other, since
+//! few share a piece.
 
 use super::LimitSurface;
 use super::batch::Exceptional;
 use super::lanes::{Frame, Piece, from_points, turns, weighted};
 use super::places::{LOT, Places, Run};
 use super::plan::{Plan, Spot, SubPatch};
-use super::powers::MIDDLE;
 use super::turn::turned_points;
-use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, put_sixteen, vectorized};
+use crate::kernel::{LANES, PART, Part, Parts, level, put, put_sixteen, vectorized};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use std::ops::Range;
 
 /// Fewest samples of a piece that are evaluated a lane each, where sixteen numbers fit into one vector. Larger: more that are
@@ -204,7 +204,7 @@ impl<T: Real> Sampler<T> {
 
     /// Evaluates a lot.
     fn evaluate_pieces<const N: usize, const R: usize>(&self, lot: &Lot<T>, split: SplitKind, out: &mut [[[T; N]; R]]) {
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 for k in 0..lot.count {
@@ -233,7 +233,7 @@ impl<T: Real> Sampler<T> {
             let SubPatch::Weighted(blocks) = matrix else {
                 unreachable!("plans of chosen points have no other pieces")
             };
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for part in 0..N.div_ceil(PART) {
@@ -265,7 +265,7 @@ impl<T: Real> Sampler<T> {
         places: &Places<T>,
         out: &mut [[[T; N]; R]],
     ) {
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 let mut records = [[[T::default(); PART]; LANES]; 6];
@@ -318,7 +318,7 @@ impl<T: Real> Sampler<T> {
         places: &Places<T>,
         out: &mut [[[T; N]; R]],
     ) {
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 for (part, piece) in self.pieces.iter().enumerate() {
@@ -358,63 +358,6 @@ impl<T: Real> Sampler<T> {
         // Second derivatives are missing at special vertices alone.
         if jet.second.is_none() {
             self.exceptional.push(Exceptional { sample: sample as usize, derivatives: Some(jet.derivatives) });
-        }
-    }
-}
-
-impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
-    /// Position and derivatives at a location in a regular sub-patch.
-    #[inline]
-    pub(super) fn at_spot<const R: usize>(
-        &self,
-        patch: usize,
-        plan: Plan<'_>,
-        spot: &Spot<'_>,
-        [u, v]: [f64; 2],
-    ) -> [[f64; N]; R] {
-        let (ring, split, face_turn) = (self.table.ring(patch), self.table.scheme().split(), self.table.turn(patch));
-        let mut row = [[0.0; N]; R];
-        plan.with_piece(spot, (u, v, face_turn), |matrix: &SubPatch<f64>| {
-            dispatch!(Level::new(), simd => simd.vectorize(
-                #[inline(always)]
-                || {
-                    for first in (0..N).step_by(PART) {
-                        let points = Parts::new(self.points, first);
-                        let base: Part<f64> = points.rounded(ring[0] as usize);
-                        let values = alone::<_, N, R>(
-                            simd,
-                            (matrix, spot, split),
-                            ([u, v], face_turn),
-                            base,
-                            #[inline(always)]
-                            |p| f64::apart(simd, points.rounded(ring[p] as usize), base),
-                        );
-                        put(&values, first, &mut row);
-                    }
-                }
-            ));
-        });
-        row
-    }
-}
-
-/// One sample of a piece whose ring is given relative to `base`.
-#[inline(always)]
-fn alone<S: Simd, const N: usize, const R: usize>(
-    simd: S,
-    (matrix, spot, split): (&SubPatch<f64>, &Spot<'_>, SplitKind),
-    ([u, v], turn): ([f64; 2], u8),
-    base: Part<f64>,
-    ring: impl Fn(usize) -> Part<f64> + Copy,
-) -> [Part<f64>; R] {
-    match matrix {
-        SubPatch::Chosen(points) => {
-            let rows = from_points::<f64, S>(simd, &turned_points(points, turn), ring);
-            Frame { base, turn: None }.sample(simd, split, &rows, [u - MIDDLE, v - MIDDLE])
-        }
-        SubPatch::Weighted(blocks) => {
-            let rows = weighted::<f64, S, N>(simd, blocks, ring);
-            Frame { base, turn: turns(spot.pose, split) }.sample(simd, split, &rows, [spot.s, spot.t])
         }
     }
 }
