@@ -10,6 +10,7 @@ mod level_by_level;
 mod limit;
 mod limit_rows;
 mod refined;
+mod sums;
 
 pub use dependents::Dependents;
 pub use limit::{LimitStencilOptions, LimitStencilTable, Orders, Part};
