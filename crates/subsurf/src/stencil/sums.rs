@@ -2,11 +2,12 @@
 //!
 //! A sum is formed in the wider precision of weights and values, relative to the row's first control point, so that constants
 //! come out exactly and no digits are lost far from the origin: `Σ wᵢ pᵢ = p₀ + Σ wᵢ (pᵢ − p₀)` where weights sum to one, and
-//! without `p₀` in front where they sum to zero. Every other term goes to a second sum, so that additions need
-//! not wait for each other.
+//! without `p₀` in front where they sum to zero.
 //!
 //! Where most points are needed they are copied first, filled up to four numbers: one check of an index and one load then read
-//! a point. Most rows have one of few lengths, and follow others of the same: those have loops of known length.
+//! a point. Most rows of one kind of sum have one of few lengths, those of face, edge and vertex points of quads and of what they
+//! become a level below, and follow others of the same: they have loops of known length, and two sums, so that additions
+//! need not wait for each other.
 
 use super::csr::{CHUNK, Csr};
 use crate::kernel::{PART, Part, Parts, put_first, rounded};
@@ -90,15 +91,15 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
     ) {
         let mut i = 0;
         while i < out.len() {
-            // Face, edge and vertex points of quads, and what they become one level below.
-            i += match self.rows.range(start + i).len() {
-                4 => self.run::<T, P, S, N, 4>(simd, start + i, points, first, &mut out[i..]),
-                6 => self.run::<T, P, S, N, 6>(simd, start + i, points, first, &mut out[i..]),
-                9 => self.run::<T, P, S, N, 9>(simd, start + i, points, first, &mut out[i..]),
-                12 => self.run::<T, P, S, N, 12>(simd, start + i, points, first, &mut out[i..]),
-                16 => self.run::<T, P, S, N, 16>(simd, start + i, points, first, &mut out[i..]),
+            i += match (K, self.rows.range(start + i).len()) {
+                (1, 4) => self.run::<T, P, S, N, 4>(simd, start + i, points, first, &mut out[i..]),
+                (1, 6) => self.run::<T, P, S, N, 6>(simd, start + i, points, first, &mut out[i..]),
+                (1, 9) => self.run::<T, P, S, N, 9>(simd, start + i, points, first, &mut out[i..]),
+                (1, 12) => self.run::<T, P, S, N, 12>(simd, start + i, points, first, &mut out[i..]),
+                (1, 16) => self.run::<T, P, S, N, 16>(simd, start + i, points, first, &mut out[i..]),
                 _ => {
-                    let sums = self.row::<T, P, S>(simd, start + i, points);
+                    let (indices, weights) = self.terms(start + i);
+                    let sums = sum::<W, T, P, S, K, FIRST_IS_POSITION, 1>(simd, indices, weights, points);
                     put_first::<T, N, K>(&sums, first, out[i..].as_flattened_mut().as_flattened_mut());
                     1
                 }
@@ -127,56 +128,68 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
             for k in 0..K {
                 own[k] = self.weights[k][range.clone()].first_chunk::<LENGTH>().expect("as many");
             }
-            let sums = sum::<W, T, P, S, K, FIRST_IS_POSITION>(simd, indices, own, points);
+            let sums = sum::<W, T, P, S, K, FIRST_IS_POSITION, 2>(simd, indices, own, points);
             put_first::<T, N, K>(&sums, first, out[i..].as_flattened_mut().as_flattened_mut());
         }
         out.len()
     }
 
-    /// One output; a row without terms gives zeros.
+    /// One output, with the bits that it has among others.
     #[inline(always)]
-    pub fn row<T: Real, P: Real, S: Simd>(
-        &self,
-        simd: S,
-        row: usize,
-        points: &(impl Points<P> + ?Sized),
-    ) -> [Part<T>; K] {
+    pub fn row<T: Real, P: Real, S: Simd>(&self, simd: S, row: usize, points: &impl Points<P>) -> [Part<T>; K] {
+        let (indices, weights) = self.terms(row);
+        if matches!((K, indices.len()), (1, 4 | 6 | 9 | 12 | 16)) {
+            sum::<W, T, P, S, K, FIRST_IS_POSITION, 2>(simd, indices, weights, points)
+        } else {
+            sum::<W, T, P, S, K, FIRST_IS_POSITION, 1>(simd, indices, weights, points)
+        }
+    }
+
+    /// Control points and weights of a row.
+    #[inline(always)]
+    fn terms(&self, row: usize) -> (&[u32], [&[W]; K]) {
         let range = self.rows.range(row);
         let indices = &self.rows.indices[range.clone()];
-        if indices.is_empty() {
-            return [[T::default(); PART]; K];
-        }
         // As many weights as indices, so that the compiler need not ask.
         let mut own: [&[W]; K] = [&[]; K];
         for k in 0..K {
             own[k] = &self.weights[k][range.start..range.end][..indices.len()];
         }
-        sum::<W, T, P, S, K, FIRST_IS_POSITION>(simd, indices, own, points)
+        (indices, own)
     }
 }
 
-/// The sums of one row, which has a term.
+/// The sums of one row, in `SIDES` parts; zeros where it has no terms.
 #[inline(always)]
-fn sum<W: Real, T: Real, P: Real, S: Simd, const K: usize, const FIRST_IS_POSITION: bool>(
+fn sum<W, T, P, S, const K: usize, const FIRST_IS_POSITION: bool, const SIDES: usize>(
     simd: S,
     indices: &[u32],
     weights: [&[W]; K],
     points: &(impl Points<P> + ?Sized),
-) -> [Part<T>; K] {
-    let base = points.point(simd, indices[0]);
-    let zero = P::four(simd, [P::default(); PART]);
-    let (mut sums, mut others) = ([zero; K], [zero; K]);
+) -> [Part<T>; K]
+where
+    W: Real,
+    T: Real,
+    P: Real,
+    S: Simd,
+{
+    let mut parts = [[T::default(); PART]; K];
+    let Some(&base) = indices.first() else { return parts };
+    let base = points.point(simd, base);
+    let mut sums = [[P::four(simd, [P::default(); PART]); K]; SIDES];
     for i in 1..indices.len() {
         let apart = P::four_minus(simd, points.point(simd, indices[i]), base);
+        let sums = &mut sums[i % SIDES];
         for k in 0..K {
             let weight = P::four(simd, [P::from_f64(weights[k][i].to_f64()); PART]);
-            let sum = P::four_plus(simd, sums[k], P::four_times(simd, weight, apart));
-            (sums[k], others[k]) = (others[k], sum);
+            sums[k] = P::four_plus(simd, sums[k], P::four_times(simd, weight, apart));
         }
     }
-    let mut parts = [[T::default(); PART]; K];
     for k in 0..K {
-        let mut sum = P::four_plus(simd, sums[k], others[k]);
+        let mut sum = sums[0][k];
+        for side in 1..SIDES {
+            sum = P::four_plus(simd, sum, sums[side][k]);
+        }
         if FIRST_IS_POSITION && k == 0 {
             sum = P::four_plus(simd, base, sum);
         }
