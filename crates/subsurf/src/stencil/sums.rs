@@ -28,7 +28,7 @@ pub(super) fn padded<T: Real, P: Real, const N: usize>(values: &[[T; N]], first:
         }
         part
     };
-    if values.len() <= COPIED {
+    if values.len() <= COPIED || rayon::current_num_threads() == 1 {
         out.extend(values.iter().map(part));
     } else {
         values.par_iter().with_min_len(COPIED).map(part).collect_into_vec(&mut out);
@@ -71,12 +71,18 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
         first: usize,
         out: &mut [[[T; N]; K]],
     ) {
-        out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
+        let rows = |(chunk, out): (usize, &mut [[[T; N]; K]])| {
             dispatch!(Level::new(), simd => simd.vectorize(
                 #[inline(always)]
                 || self.consecutive::<T, P, _, N>(simd, chunk * CHUNK, points, first, out)
             ));
-        });
+        };
+        // A pool's only thread would do the same, after waking up.
+        if out.len() <= CHUNK || rayon::current_num_threads() == 1 {
+            out.chunks_mut(CHUNK).enumerate().for_each(rows);
+        } else {
+            out.par_chunks_mut(CHUNK).enumerate().for_each(rows);
+        }
     }
 
     /// The outputs of consecutive rows from number `start` on.
