@@ -3,10 +3,10 @@
 
 use super::StencilError;
 use super::sums::{Sums, padded};
-use crate::kernel::{PART, Parts, put};
+use crate::kernel::{PART, Parts, level, put};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -71,7 +71,7 @@ impl Csr {
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
         let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for &i in rows {

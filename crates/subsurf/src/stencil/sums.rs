@@ -10,9 +10,9 @@
 //! need not wait for each other.
 
 use super::csr::{CHUNK, Csr};
-use crate::kernel::{PART, Part, Parts, put_first, rounded};
+use crate::kernel::{PART, Part, Parts, level, put_first, rounded};
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// Values that one task copies, at least.
@@ -72,7 +72,7 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
         out: &mut [[[T; N]; K]],
     ) {
         let rows = |(chunk, out): (usize, &mut [[[T; N]; K]])| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || self.consecutive::<T, P, _, N>(simd, chunk * CHUNK, points, first, out)
             ));
