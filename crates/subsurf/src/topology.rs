@@ -31,7 +31,7 @@ pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
 pub(crate) use face_of::FaceOf;
 pub(crate) use fan_size::FanSize;
-pub(crate) use raise::{Lowest, excess, lowered};
+pub(crate) use raise::{Lowest, lowered};
 pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
 pub(crate) use tables::Tables;

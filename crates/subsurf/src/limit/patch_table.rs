@@ -41,15 +41,6 @@ pub(crate) struct Known {
     nodes: Numbers,
 }
 
-/// The keys of plans by their numbers.
-fn in_order(keys: &Keys) -> Vec<&[u32]> {
-    let mut out: Vec<&[u32]> = vec![&[]; keys.len()];
-    for (key, &plan) in keys {
-        out[plan as usize] = key;
-    }
-    out
-}
-
 /// Figures about a table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
@@ -137,8 +128,8 @@ impl PatchTable {
         let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch)?;
         let mut plans = Plans::empty(scheme);
         let mut nodes = Numbers::default();
-        let keys = in_order(&gathered.known);
-        plans.add(&topology, &gathered.representatives, &keys, scheme, &specials, &mut nodes);
+        let (known, starts) = (gathered.known, gathered.representatives);
+        plans.add(&topology, known.since(0).zip(starts), scheme, &specials, &mut nodes);
         let table = Self {
             topology,
             scheme,
@@ -151,7 +142,7 @@ impl PatchTable {
             plans,
             specials,
         };
-        Ok((table, Known { plans: gathered.known, nodes }))
+        Ok((table, Known { plans: known, nodes }))
     }
 
     /// The surface of this table with these control points, one row per vertex of the mesh.

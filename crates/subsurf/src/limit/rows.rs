@@ -71,9 +71,22 @@ impl Rows {
         &self.weight
     }
 
-    /// The same rows with other weights.
-    pub fn with_weights(&self, weight: Vec<f64>) -> Self {
-        Self { offset: self.offset.clone(), column: self.column.clone(), weight, columns: self.columns }
+    /// Where the weights of row `i` start among all.
+    #[inline(always)]
+    pub fn start(&self, i: usize) -> usize {
+        self.offset[i] as usize
+    }
+
+    /// The same rows in another order.
+    pub fn in_order(&self, order: &[usize]) -> Self {
+        let mut out = Self::empty(self.columns);
+        for &i in order {
+            let (columns, weights) = self.terms(i);
+            out.column.extend_from_slice(columns);
+            out.weight.extend_from_slice(weights);
+            out.offset.push(out.column.len() as u32);
+        }
+        out
     }
 
     /// True where the rows of both are over the same points.

@@ -17,7 +17,7 @@
 //!
 //! That holds under Catmull-Clark with uniform creasing round manifold vertices.
 
-use super::template::{Outline, place};
+use super::template::place;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::Scheme;
 use crate::sharpness::{decay, edge_half};
@@ -135,18 +135,6 @@ impl CornerFan {
         Lowest::among(self.spokes.iter().map(|spoke| spoke.1).chain([self.vertex]))
     }
 
-    /// The key without the values of finite sharpness.
-    pub fn outline(&self) -> Outline {
-        let FanShape { is_closed, faces, own } = self.shape;
-        let mut values = Vec::with_capacity(2);
-        let mut key = Vec::with_capacity(5 + 2 * self.spokes.len());
-        key.extend([FAN, u32::from(is_closed), faces, own, place(self.vertex, &mut values)]);
-        for &(spoke, s) in &self.spokes {
-            key.extend([spoke, place(s, &mut values)]);
-        }
-        Outline { key: key.into(), values: values.into() }
-    }
-
     /// The same fan with other values.
     pub fn with_values(&self, from: &[f64], to: &[f64]) -> Self {
         let change = |s: f64| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
@@ -167,6 +155,27 @@ impl CornerFan {
         for &(spoke, s) in &self.spokes {
             key.push(spoke);
             number(s, key);
+        }
+    }
+
+    /// Where sharpness stands in the key: that of the vertex, then of the spokes.
+    pub fn places(spokes: usize) -> impl Iterator<Item = usize> {
+        std::iter::once(4).chain((0..spokes).map(|j| 7 + 3 * j))
+    }
+
+    /// The key without the values of finite sharpness, which are added to `values`.
+    pub fn outline(key: &[u32], outline: &mut Vec<u32>, values: &mut Vec<f64>) {
+        Self::outline_at(key, Self::places((key.len() - 6) / 3), outline, values);
+    }
+
+    /// The same for any key in which sharpness stands at these places.
+    pub fn outline_at(key: &[u32], places: impl Iterator<Item = usize>, outline: &mut Vec<u32>, values: &mut Vec<f64>) {
+        let first = values.len();
+        outline.clear();
+        outline.extend_from_slice(key);
+        for at in places {
+            let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
+            outline[at..at + 2].copy_from_slice(&[place(s, values, first), 0]);
         }
     }
 

@@ -4,8 +4,8 @@
 use super::super::corner::{Corner, Kind};
 use super::super::local_step::quad_neighbourhood;
 use super::super::rows::Rows;
-use super::Points;
 use super::fan::{CornerFan, FanShape};
+use super::points::{Rings, Step};
 use super::refined_points::RefinedPoints;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::{Scheme, SplitKind};
@@ -27,7 +27,7 @@ pub(super) struct FanMesh {
     varying: Vec<u32>,
     fixed: Arc<Rows>,
     /// The children's rings: fixed points first.
-    rings: [Arc<[u32]>; 4],
+    rings: Arc<Rings>,
 }
 
 impl FanMesh {
@@ -51,23 +51,24 @@ impl FanMesh {
         let mut varying = vec![0, t.origin(own[1]).0, t.origin(own[3]).0];
         varying.extend(spokes.iter().chain(beyond.iter().map(|(_, e)| e)).map(|e| edge_points + e));
         let mut fan = CornerFan::default();
-        let mut rings = own.map(|h| {
+        let below = own.map(|h| {
             let mut ring = Vec::new();
             fan.below(&t, h, Some(&mut ring));
             ring
         });
-        let mut fixed: Vec<u32> = rings.concat();
+        let mut fixed: Vec<u32> = below.concat();
         fixed.sort_unstable();
         fixed.dedup();
         let depend: HashSet<u32> = varying.iter().copied().collect();
         fixed.retain(|v| !depend.contains(v));
         let row: HashMap<u32, u32> = fixed.iter().chain(&varying).copied().zip(0..).collect();
-        rings.iter_mut().for_each(|ring| ring.iter_mut().for_each(|v| *v = row[v]));
+        let mut rings = Rings::default();
+        below.iter().for_each(|ring| rings.push(ring.iter().map(|v| row[v])));
         let mut points = RefinedPoints::default();
         points.clear(&t, edge_points as usize + t.edge_count());
         fixed.iter().for_each(|&v| _ = points.row(&t, Scheme::CatmullClark, v));
         let smooth_edges = t.edge_sharpness.iter().collect();
-        let (fixed, rings) = (Arc::new(points.rows().clone()), rings.map(Arc::from));
+        let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings));
         Self { topology: t, own, spokes, beyond, smooth_edges, varying, fixed, rings }
     }
 
@@ -89,16 +90,11 @@ impl FanMesh {
     }
 
     /// The refined points that the children need, with the sharpness that was set.
-    pub fn points(&self, scratch: &mut RefinedPoints) -> Points {
+    pub fn step(&self, scratch: &mut RefinedPoints) -> Step {
         let t = &self.topology;
         scratch.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
         self.varying.iter().for_each(|&v| _ = scratch.row(t, Scheme::CatmullClark, v));
-        Points { shared: Some(self.fixed.clone()), own: Arc::new(scratch.rows().clone()) }
-    }
-
-    /// The ring of child `c` among the [`points`](Self::points).
-    pub fn ring(&self, c: usize) -> Arc<[u32]> {
-        self.rings[c].clone()
+        Step::new(Some(self.fixed.clone()), scratch.rows().clone(), self.rings.clone())
     }
 }
 
@@ -136,6 +132,7 @@ impl FanMeshes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::points::Points;
     use super::*;
 
     /// Every spoke smooth but those of a pattern, semi-sharp.
@@ -185,12 +182,12 @@ mod tests {
             for pattern in [0, 3, 5, 9, 14] {
                 meshes.with(&fan(shape, pattern), |mesh| {
                     let t = &mesh.topology;
-                    let points = mesh.points(&mut scratch);
+                    let points = Points::new(mesh.step(&mut scratch));
                     for c in 0..4 {
                         let mut ring = Vec::new();
                         CornerFan::default().below(t, mesh.own[c], Some(&mut ring));
                         direct.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
-                        for (&row, &v) in mesh.ring(c).iter().zip(&ring) {
+                        for (&row, &v) in points.step.rings.get(c).iter().zip(&ring) {
                             let row: Vec<_> = points.row(row as usize).collect();
                             let i = direct.row(t, Scheme::CatmullClark, v) as usize;
                             assert_eq!(row, direct.rows().row(i).collect::<Vec<_>>(), "{shape:?} child {c}");
