@@ -13,6 +13,7 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod face_mesh;
 mod fan;
 mod fan_mesh;
 mod grid;
@@ -64,8 +65,7 @@ impl SpecialVertices {
         // All faces at a dart take what depends on the valence alone from the first one, whoever comes first.
         let is_other_at_dart = corner.kind == Kind::Dart && corner.i > 0;
         let first = is_other_at_dart.then(|| self.get(Corner { i: 0, ..corner }));
-        let even = first.and_then(|first| first.even_mode().cloned());
-        let new = Arc::new(SpecialVertex::new(corner, self.method, even));
+        let new = Arc::new(SpecialVertex::new(corner, self.method, first.as_deref()));
         self.lock().entry(corner).or_insert(new).clone()
     }
 

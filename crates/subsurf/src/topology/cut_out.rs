@@ -119,6 +119,11 @@ impl Surroundings {
         (walk, sharpness, *raise as u8)
     }
 
+    /// Where sharpness stands in the key.
+    pub fn sharpness(&self) -> &[u32] {
+        &self.sharpness
+    }
+
     /// Makes the key that of the same surroundings lowered by `raise`. All finite sharpness there and here is above 0.
     pub fn lower(&mut self, raise: i8) {
         let by = raise - std::mem::replace(&mut self.raise, raise);

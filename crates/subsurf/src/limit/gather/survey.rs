@@ -226,7 +226,8 @@ impl Shared {
         let walks: Vec<Walked> = kinds.list.par_chunks(KINDS).map_init(Scratch::default, walk).collect();
         let (smooth, alike) = (BySmooth::default(), Vec::with_capacity(kinds.list.len()));
         let mut out = Self { smooth, alike, plans: Keys::default(), starts: Vec::new(), chunks };
-        out.plans.reserve(kinds.list.len());
+        let numbers: usize = walks.iter().map(|walked| walked.keys.len()).sum();
+        out.plans.reserve(kinds.list.len(), numbers.div_ceil(kinds.list.len().max(1)));
         for (kinds, Walked { keys, ends }) in kinds.list.chunks(KINDS).zip(walks) {
             let mut from = 0;
             for (kind, (start, is_read, end)) in kinds.iter().zip(ends) {

@@ -6,6 +6,7 @@ mod numbers;
 
 use super::super::linear_boundary::{LinearEnds, has_side};
 use super::super::plan_key::{Keys, canonical_corner};
+use super::face_mesh::{FaceMesh, FaceMeshes};
 use super::fan::{CornerFan, has_fans, may_have_fans};
 use super::fan_mesh::FanMeshes;
 use super::points::{Points, Rings, Step};
@@ -19,7 +20,7 @@ use crate::refine::{NextHalfEdges, NextLevel};
 use crate::scheme::Scheme;
 use crate::topology::{Around, Cutter, Lowest, Surroundings, Tables, Topology, Walk};
 pub(in crate::limit) use numbers::Numbers;
-use numbers::Open;
+use numbers::{Apart, Known, Open, WalkKey};
 use std::sync::Arc;
 
 /// More generations than any surroundings need: each drops one of at most ten different whole parts of sharpness or tells
@@ -37,17 +38,16 @@ impl Plans {
     pub(in crate::limit) fn add<'a>(
         &mut self,
         mesh: &Topology,
-        plans: impl Iterator<Item = (&'a [u32], Start)>,
+        plans: impl ExactSizeIterator<Item = (&'a [u32], Start)>,
         scheme: Scheme,
         specials: &SpecialVertices,
         numbers: &mut Numbers,
     ) {
-        let has_outlines = may_have_fans(mesh, scheme);
+        numbers.reserve(plans.len(), may_have_fans(mesh, scheme));
         for (key, (face, start)) in plans {
             let (key, sharpness, raise) = Surroundings::open_key(key);
             let place = Place { face: Face(face), start, raise: raise as i8 };
-            let sharpness = if has_outlines { sharpness } else { &[] };
-            self.plans.push(Link { node: numbers.face(key, place, sharpness), raise });
+            self.plans.push(Link { node: numbers.face(WalkKey { key, sharpness }, place), raise });
         }
         for _ in 0..DEEPEST {
             let open = numbers.take_open();
@@ -55,8 +55,7 @@ impl Plans {
                 self.parts.grow(self.plans.len());
                 return;
             }
-            let compiler = Compiler { mesh, fan_meshes: &numbers.fan_meshes(), scheme, specials };
-            numbers.generation(&compiler, open, &mut self.nodes);
+            numbers.generation(mesh, scheme, specials, open, &mut self.nodes);
         }
         unreachable!("a patch tree does not end")
     }
@@ -87,8 +86,8 @@ struct MadeLink {
 
 enum MadeNode {
     Known(u32),
-    /// Not known at the time that its key was made.
-    New(Box<[u32]>),
+    /// Not known at the time that its key was made; of a walk with the places where sharpness stands in it.
+    New(Box<[u32]>, Box<[u32]>),
 }
 
 /// A node whose children have no numbers yet.
@@ -118,7 +117,7 @@ struct MadeChild {
 
 impl MadeChild {
     fn is_new(&self) -> bool {
-        [Some(&self.low), self.high.as_ref()].into_iter().flatten().any(|l| matches!(l.node, MadeNode::New(_)))
+        [Some(&self.low), self.high.as_ref()].into_iter().flatten().any(|l| matches!(l.node, MadeNode::New(..)))
     }
 }
 
@@ -132,6 +131,7 @@ struct Scratch {
     fan: CornerFan,
     list: Vec<u32>,
     key: Vec<u32>,
+    apart: Apart,
 }
 
 /// A walk, and the surroundings that it met.
@@ -156,26 +156,31 @@ impl Walked {
 pub(super) struct Compiler<'a> {
     pub mesh: &'a Topology,
     pub fan_meshes: &'a FanMeshes,
+    pub face_meshes: &'a FaceMeshes,
     pub scheme: Scheme,
     pub specials: &'a SpecialVertices,
 }
 
 impl Compiler<'_> {
-    fn node(&self, key: &[u32], open: &Open, known: &Keys, scratch: &mut Scratch) -> Made {
-        let split = self.scheme.split();
+    fn node(&self, key: &[u32], open: &Open, known: &Known, scratch: &mut Scratch) -> Made {
         let Some((parent, place)) = &open.face else {
             let fan = CornerFan::of_key(key).expect("a fan's key");
             let Scratch { points, fan: below, list, .. } = scratch;
-            let child = |below: &CornerFan, c| fan_child(below, fan.lowest(), c, known, list);
+            let child = |below: &CornerFan, c| fan_child(below, fan.lowest(), c, &known.nodes, list);
             return made(self.fan_mesh(&fan, points, below, child));
         };
-        let Scratch { around, cutter, .. } = scratch;
-        match parent {
-            None => around.cut_out(self.mesh, *place, cutter),
-            Some(parent) => {
-                around.cut_out(&NextLevel::new(&parent.cut, split, &parent.half_edges), *place, cutter);
-            }
+        let Scratch { points, fan: below, list, .. } = scratch;
+        let with = |mesh: &mut FaceMesh| {
+            mesh.set(key, |s| s);
+            let lowest = Lowest::of(&mesh.topology, Face(0));
+            let child = |below: &CornerFan, c| fan_child(below, lowest, c, &known.nodes, list);
+            made(self.face_mesh(mesh, points, below, child))
+        };
+        if let Some(made) = self.face_meshes.with(key, with) {
+            return made;
         }
+        self.cut_out(parent.as_deref(), *place, scratch);
+        let Scratch { cutter, .. } = scratch;
         let t = cutter.cut();
         let ring = t.vertex_count();
         let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
@@ -187,17 +192,27 @@ impl Compiler<'_> {
             let Scratch { cutter, points, fan, list, key, .. } = scratch;
             let t = cutter.cut();
             let lowest = Lowest::of(t, t.face(own[0]));
-            let child = |below: &CornerFan, c| fan_child(below, lowest, c, known, key);
+            let child = |below: &CornerFan, c| fan_child(below, lowest, c, &known.nodes, key);
             let (step, children) = self.split_into_fans(t, &own, points, fan, list, child);
             return made((ring, Part::Split(step, children)));
         }
         Made { ring, body: self.split(is_patch, known, scratch) }
     }
 
+    /// Cuts out the surroundings at a place in the mesh, or in the level below another cut-out.
+    fn cut_out(&self, parent: Option<&Parent>, place: Place, Scratch { around, cutter, .. }: &mut Scratch) {
+        match parent {
+            None => around.cut_out(self.mesh, place, cutter),
+            Some(Parent { cut, half_edges }) => {
+                around.cut_out(&NextLevel::new(cut, self.scheme.split(), half_edges), place, cutter);
+            }
+        }
+    }
+
     /// The step from a face that was cut out to its children, which are met by walks.
-    fn split(&self, is_patch: bool, known: &Keys, scratch: &mut Scratch) -> MadeBody {
+    fn split(&self, is_patch: bool, known: &Known, scratch: &mut Scratch) -> MadeBody {
         let split = self.scheme.split();
-        let Scratch { around, cutter, points, half_edges, .. } = scratch;
+        let Scratch { around, cutter, points, half_edges, apart, .. } = scratch;
         let t = cutter.take();
         half_edges.list(&t, split);
         let next = NextLevel::new(&t, split, half_edges);
@@ -211,14 +226,14 @@ impl Compiler<'_> {
             let turn = canonical_corner(&next, face, lowest.excess());
             let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
             around.go(&next, place);
-            let low = link(&around.list.key, Some(place), lowest.raise(), known);
+            let low = walk_link(&around.list, place, lowest.raise(), known, apart);
             rings.push(around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)));
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
             let has_lowest = can_rise && lowest.ends();
             let high = has_lowest.then(|| {
                 around.list.lower(-1);
-                link(&around.list.key, Some(Place { raise: -1, ..place }), 0, known)
+                walk_link(&around.list, Place { raise: -1, ..place }, 0, known, apart)
             });
             MadeChild { low, high, turn: turn as u8 }
         });
@@ -256,6 +271,28 @@ impl Compiler<'_> {
             };
             (t.vertex_count(), part)
         })
+    }
+
+    /// The node of a shape with the sharpness that was set, and its number of points.
+    pub fn face_mesh<C>(
+        &self,
+        mesh: &FaceMesh,
+        points: &mut RefinedPoints,
+        below: &mut CornerFan,
+        mut child: impl FnMut(&CornerFan, usize) -> C,
+    ) -> (usize, Part<C>) {
+        let (t, own) = (&mesh.topology, &mesh.own);
+        let part = match self.leaf(t, own) {
+            Some(leaf) => Part::Leaf(leaf),
+            None => {
+                let children = (0..4).map(|c| {
+                    below.below(t, own[c], None);
+                    child(below, c)
+                });
+                Part::Split(mesh.step(points), children.collect())
+            }
+        };
+        (t.vertex_count(), part)
     }
 
     /// The step from a quad that was cut out to the fans at its corners.
@@ -297,19 +334,29 @@ fn made((ring, part): (usize, Part<MadeChild>)) -> Made {
 fn fan_child(fan: &CornerFan, lowest: Lowest, c: usize, known: &Keys, key: &mut Vec<u32>) -> MadeChild {
     let below = fan.lowest();
     fan.key(below.raise() as i8, key);
-    let low = link(key, None, below.raise(), known);
+    let low = link(key, below.raise(), known);
     let high = (lowest.excess() > 0 && below.ends()).then(|| {
         fan.key(-1, key);
-        link(key, None, 0, known)
+        link(key, 0, known)
     });
     MadeChild { low, high, turn: c as u8 }
 }
 
-/// What leads to the node of a key, raised by `raise`.
-fn link(key: &[u32], place: Option<Place>, raise: u8, known: &Keys) -> MadeLink {
+/// What leads to the node of a fan's key, raised by `raise`.
+fn link(key: &[u32], raise: u8, known: &Keys) -> MadeLink {
     let node = match known.get(key) {
         Some(node) => MadeNode::Known(node),
-        None => MadeNode::New(key.into()),
+        None => MadeNode::New(key.into(), Box::default()),
     };
-    MadeLink { place, raise, node }
+    MadeLink { place: None, raise, node }
+}
+
+/// What leads to the node that a walk went round, raised by `raise`.
+fn walk_link(around: &Surroundings, place: Place, raise: u8, known: &Known, apart: &mut Apart) -> MadeLink {
+    let (key, sharpness) = (&around.key[..], around.sharpness());
+    let node = match known.walked(WalkKey { key, sharpness }, apart) {
+        Some(node) => MadeNode::Known(node),
+        None => MadeNode::New(key.into(), sharpness.into()),
+    };
+    MadeLink { place: Some(place), raise, node }
 }

@@ -17,7 +17,6 @@
 //!
 //! That holds under Catmull-Clark with uniform creasing round manifold vertices.
 
-use super::template::place;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::Scheme;
 use crate::sharpness::{decay, edge_half};
@@ -163,20 +162,9 @@ impl CornerFan {
         std::iter::once(4).chain((0..spokes).map(|j| 7 + 3 * j))
     }
 
-    /// The key without the values of finite sharpness, which are added to `values`.
-    pub fn outline(key: &[u32], outline: &mut Vec<u32>, values: &mut Vec<f64>) {
-        Self::outline_at(key, Self::places((key.len() - 6) / 3), outline, values);
-    }
-
-    /// The same for any key in which sharpness stands at these places.
-    pub fn outline_at(key: &[u32], places: impl Iterator<Item = usize>, outline: &mut Vec<u32>, values: &mut Vec<f64>) {
-        let first = values.len();
-        outline.clear();
-        outline.extend_from_slice(key);
-        for at in places {
-            let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
-            outline[at..at + 2].copy_from_slice(&[place(s, values, first), 0]);
-        }
+    /// Where sharpness stands in this key of a fan.
+    pub fn places_in(key: &[u32]) -> impl Iterator<Item = usize> {
+        Self::places((key.len() - 6) / 3)
     }
 
     /// The fan of a key, if it is one of a fan.

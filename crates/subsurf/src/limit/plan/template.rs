@@ -64,9 +64,21 @@ pub(super) enum Filled<'a> {
 /// Most values of a template. Larger: markers would come too close.
 const MOST_VALUES: usize = 48;
 
+/// The outline of a key in which sharpness stands at these places: the key without the values of finite sharpness, which are added
+/// to `values`.
+pub(super) fn outline(key: &[u32], places: impl Iterator<Item = usize>, outline: &mut Vec<u32>, values: &mut Vec<f64>) {
+    let first = values.len();
+    outline.clear();
+    outline.extend_from_slice(key);
+    for at in places {
+        let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
+        outline[at..at + 2].copy_from_slice(&[place(s, values, first), 0]);
+    }
+}
+
 /// Where `s` belongs in an outline: a number that is equal for equal `s`, and tells smooth, infinitely sharp, below 1, 1 and above
 /// apart. Values are those from `first` on; new ones are added.
-pub(super) fn place(s: f64, values: &mut Vec<f64>, first: usize) -> u32 {
+fn place(s: f64, values: &mut Vec<f64>, first: usize) -> u32 {
     if !is_semi_sharp(s) {
         return u32::from(s > 0.0);
     }
@@ -217,6 +229,7 @@ impl Points {
 #[cfg(test)]
 mod tests {
     use super::super::compile::Compiler;
+    use super::super::face_mesh::FaceMeshes;
     use super::super::fan::FanShape;
     use super::super::fan_mesh::FanMeshes;
     use super::super::refined_points::RefinedPoints;
@@ -244,8 +257,8 @@ mod tests {
     fn a_template_gives_the_nodes_that_the_rules_give() {
         let mesh = Topology::new(&shapes::cube().mesh).unwrap();
         let (fan_meshes, specials) = (FanMeshes::default(), SpecialVertices::default());
-        let compiler =
-            Compiler { mesh: &mesh, fan_meshes: &fan_meshes, scheme: Scheme::CatmullClark, specials: &specials };
+        let (face_meshes, scheme) = (&FaceMeshes::default(), Scheme::CatmullClark);
+        let compiler = Compiler { mesh: &mesh, fan_meshes: &fan_meshes, face_meshes, scheme, specials: &specials };
         let mut scratch = RefinedPoints::default();
         let mut node = |fan: &CornerFan| {
             compiler.fan_mesh(fan, &mut scratch, &mut CornerFan::default(), |below: &CornerFan, _| below.clone())
@@ -259,7 +272,7 @@ mod tests {
                 let [(outline, from), (same, to)] = [&here, &there].map(|fan| {
                     let (mut outline, mut values) = (Vec::new(), Vec::new());
                     fan.key(0, &mut key);
-                    CornerFan::outline(&key, &mut outline, &mut values);
+                    super::outline(&key, CornerFan::places_in(&key), &mut outline, &mut values);
                     (outline, values)
                 });
                 assert_eq!(outline, same);

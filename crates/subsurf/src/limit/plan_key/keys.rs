@@ -23,9 +23,10 @@ impl Keys {
         self.ends.len()
     }
 
-    /// Makes room for so many keys more.
-    pub fn reserve(&mut self, more: usize) {
+    /// Makes room for so many keys more of so many numbers each.
+    pub fn reserve(&mut self, more: usize, numbers: usize) {
         self.ends.reserve(more);
+        self.words.reserve(more * numbers);
         let slots = (2 * (self.len() + more)).next_power_of_two().max(LEAST_SLOTS);
         if slots > self.slots.len() {
             self.grow(slots);
@@ -41,7 +42,7 @@ impl Keys {
     }
 
     /// The keys from a number on.
-    pub fn since(&self, first: usize) -> impl Iterator<Item = &[u32]> {
+    pub fn since(&self, first: usize) -> impl ExactSizeIterator<Item = &[u32]> {
         (first as u32..self.len() as u32).map(|number| self.key(number))
     }
 

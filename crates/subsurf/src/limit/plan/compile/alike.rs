@@ -1,6 +1,7 @@
 //! The [templates](super::super::template) from which nodes are made that many others are like, but for the values of finite
 //! sharpness. Which are alike follows from the list of nodes, whatever thread makes them.
 
+use super::super::face_mesh::FaceMesh;
 use super::super::fan::{CornerFan, has_fans};
 use super::super::template::{self, Part, Template};
 use super::numbers::{Known, Open};
@@ -71,13 +72,25 @@ impl Templates {
 impl Compiler<'_> {
     /// The template of a node with finite sharpness `from`.
     fn template(&self, key: &[u32], open: &Open, from: &[f64], scratch: &mut Scratch) -> Option<Template> {
-        let Scratch { around, cutter, points, fan: below, list, .. } = scratch;
         let child = |below: &CornerFan, _| below.clone();
-        let Some((_, place)) = open.face else {
+        let changed = |s: f64, to: &[f64]| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
+        let Some((parent, place)) = &open.face else {
             let fan = CornerFan::of_key(key)?;
+            let Scratch { points, fan: below, .. } = scratch;
             return Template::new(from, |to| Some(self.fan_mesh(&fan.with_values(from, to), points, below, child)));
         };
-        around.cut_out(self.mesh, place, cutter);
+        let Scratch { points, fan: below, .. } = scratch;
+        let with = |mesh: &mut FaceMesh| {
+            Template::new(from, |to| {
+                mesh.set(key, |s| changed(s, to));
+                Some(self.face_mesh(mesh, points, below, child))
+            })
+        };
+        if let Some(template) = self.face_meshes.with(key, with) {
+            return template;
+        }
+        self.cut_out(parent.as_deref(), *place, scratch);
+        let Scratch { cutter, points, fan: below, list, .. } = scratch;
         let whole = cutter.take();
         let own: Vec<HalfEdge> = (0..whole.sides(Face(0))).map(|c| whole.half_edge(Face(0), c)).collect();
         if !has_fans(&whole, &own, self.scheme) {
@@ -85,9 +98,8 @@ impl Compiler<'_> {
         }
         Template::new(from, |to| {
             let mut t: Topology = whole.clone();
-            let change = |s: f64| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
-            t.edge_sharpness.change_values(change);
-            t.vertex_sharpness.change_values(change);
+            t.edge_sharpness.change_values(|s| changed(s, to));
+            t.vertex_sharpness.change_values(|s| changed(s, to));
             let part = match self.leaf(&t, &own) {
                 Some(leaf) => Part::Leaf(leaf),
                 None => {

@@ -3,14 +3,16 @@
 //! A generation is made in two passes. The first is parallel: templates, what is made without one, and the weights that nodes
 //! have of their own. The second puts the nodes together one after the other, and numbers their children.
 
+use super::super::face_mesh::{self, FaceMesh, FaceMeshes};
 use super::super::fan::CornerFan;
 use super::super::points::{OwnWeights, Points};
-use super::super::template::Filled;
-use super::super::{Body, Child, Link, Node, Split};
+use super::super::template::{self, Filled};
+use super::super::{Body, Child, Link, Node, SpecialVertices, Split};
 use super::alike::Templates;
 use super::{Compiler, FanMeshes, Made, MadeBody, MadeChild, MadeLink, MadeNode, Parent, Place, Scratch};
 use crate::limit::plan_key::Keys;
-use crate::topology::Lowest;
+use crate::scheme::Scheme;
+use crate::topology::{Lowest, Topology};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,7 +22,8 @@ use std::sync::Arc;
 pub(in crate::limit) struct Numbers {
     known: Known,
     templates: Templates,
-    fan_meshes: Arc<FanMeshes>,
+    fan_meshes: FanMeshes,
+    face_meshes: FaceMeshes,
 }
 
 /// A node that is to be made; its key is that of its number.
@@ -36,38 +39,86 @@ pub(super) struct Open {
 #[derive(Default)]
 pub(super) struct Known {
     pub nodes: Keys,
+    /// Walks round quads without their sharpness, where [shapes](super::super::face_mesh) are looked for.
+    pub shapes: Keys,
+    pub has_shapes: bool,
     /// Keys without the values of finite sharpness.
     pub outlines: Keys,
     open: Vec<Open>,
     pub values: Vec<f64>,
     outline: Vec<u32>,
+    apart: Apart,
+}
+
+/// A walk's key taken apart, and the node's key: memory.
+#[derive(Default)]
+pub(super) struct Apart {
+    shape: Vec<u32>,
+    slots: Vec<u32>,
+    key: Vec<u32>,
+}
+
+impl Apart {
+    /// Takes the key of a walk apart, if that can be done.
+    fn of(&mut self, WalkKey { key, sharpness }: WalkKey<'_>) -> bool {
+        key.get(1) == Some(&4) && face_mesh::take_apart(key, sharpness, &mut self.shape, &mut self.slots)
+    }
+}
+
+/// The key of a walk, and where in it sharpness stands.
+#[derive(Clone, Copy)]
+pub(super) struct WalkKey<'a> {
+    pub key: &'a [u32],
+    pub sharpness: &'a [u32],
 }
 
 impl Known {
+    /// The number of the node round which a walk went, if it is known.
+    pub fn walked(&self, walk: WalkKey<'_>, apart: &mut Apart) -> Option<u32> {
+        if !(self.has_shapes && apart.of(walk)) {
+            return self.nodes.get(walk.key);
+        }
+        face_mesh::key(self.shapes.get(&apart.shape)?, &apart.slots, &mut apart.key);
+        self.nodes.get(&apart.key)
+    }
+
     /// The number of a fan.
     fn fan(&mut self, key: &[u32]) -> u32 {
         let (number, is_new) = self.nodes.insert(key);
         if is_new {
-            let first = self.values.len();
-            CornerFan::outline(key, &mut self.outline, &mut self.values);
-            self.open(number, None, first);
+            self.open(number, None, key, CornerFan::places_in(key));
         }
         number
     }
 
-    /// The number of a face's surroundings, in whose key sharpness stands at these places.
-    fn face(&mut self, key: &[u32], face: (Option<Arc<Parent>>, Place), sharpness: &[u32]) -> u32 {
+    /// The number of a face's surroundings.
+    fn face(&mut self, walk: WalkKey<'_>, face: (Option<Arc<Parent>>, Place)) -> u32 {
+        let mut apart = std::mem::take(&mut self.apart);
+        let has_shape = self.has_shapes && apart.of(walk);
+        if has_shape {
+            face_mesh::key(self.shapes.insert(&apart.shape).0, &apart.slots, &mut apart.key);
+        }
+        let key = if has_shape { &apart.key[..] } else { walk.key };
         let (number, is_new) = self.nodes.insert(key);
-        if is_new {
-            let first = self.values.len();
-            CornerFan::outline_at(key, sharpness.iter().map(|&at| at as usize), &mut self.outline, &mut self.values);
-            self.open(number, Some(face), first);
+        if is_new && has_shape {
+            self.open(number, Some(face), key, face_mesh::places(key));
+        } else if is_new {
+            self.open.push(Open { number, face: Some(face), outline: None });
         }
+        self.apart = apart;
         number
     }
 
-    /// Notes a new node whose outline was made last, its values from `first` on.
-    fn open(&mut self, number: u32, face: Option<(Option<Arc<Parent>>, Place)>, first: usize) {
+    /// Notes a new node, in whose key sharpness stands at these places.
+    fn open(
+        &mut self,
+        number: u32,
+        face: Option<(Option<Arc<Parent>>, Place)>,
+        key: &[u32],
+        places: impl Iterator<Item = usize>,
+    ) {
+        let first = self.values.len();
+        template::outline(key, places, &mut self.outline, &mut self.values);
         let is_finite = self.values.len() > first;
         let outline = is_finite.then(|| (self.outlines.insert(&self.outline).0, first..self.values.len()));
         self.open.push(Open { number, face, outline });
@@ -76,11 +127,36 @@ impl Known {
     fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
         let node = match (node, place) {
             (MadeNode::Known(node), _) => node,
-            (MadeNode::New(key), Some(place)) => self.face(&key, (parent.cloned(), place), &[]),
-            (MadeNode::New(key), None) => self.fan(&key),
+            (MadeNode::New(key, sharpness), Some(place)) => {
+                self.face(WalkKey { key: &key, sharpness: &sharpness }, (parent.cloned(), place))
+            }
+            (MadeNode::New(key, _), None) => self.fan(&key),
         };
         Link { node, raise }
     }
+}
+
+/// Cuts out the shapes of several nodes.
+fn cut_shapes(open: &[Open], known: &Known, meshes: &mut FaceMeshes, compiler: &Compiler<'_>) {
+    meshes.grow(known.shapes.len());
+    // How many nodes have a shape, and the first of them.
+    let mut alike = vec![(0, 0); known.shapes.len()];
+    for (i, open) in open.iter().enumerate().filter(|(_, open)| open.face.is_some()) {
+        if let Some(shape) = face_mesh::shape(known.nodes.key(open.number)) {
+            let (count, first) = &mut alike[shape as usize];
+            *first = if *count == 0 { i } else { *first };
+            *count += 1;
+        }
+    }
+    let is_wanted = |&shape: &u32| alike[shape as usize].0 >= LEAST_ALIKE && meshes.is_open(shape);
+    let shapes: Vec<u32> = (0..alike.len() as u32).filter(is_wanted).collect();
+    let cut = |scratch: &mut Scratch, &shape: &u32| {
+        let (parent, place) = open[alike[shape as usize].1].face.as_ref()?;
+        compiler.cut_out(parent.as_deref(), *place, scratch);
+        FaceMesh::new(scratch.cutter.take(), compiler.scheme, &mut scratch.points)
+    };
+    let made: Vec<Option<FaceMesh>> = shapes.par_iter().map_init(Scratch::default, cut).collect();
+    shapes.into_iter().zip(made).for_each(|(shape, mesh)| meshes.put(shape, mesh));
 }
 
 /// How a node of a generation is made: by itself, or from a template with weights from a place on.
@@ -89,17 +165,22 @@ enum Way {
     Filled { outline: u32, weights: usize },
 }
 
+/// How many nodes of a shape it takes to cut it out.
+const LEAST_ALIKE: usize = 2;
+
 /// Nodes with weights of their own that a thread fills at a time, at least.
 const SHARE: usize = 64;
 
 impl Numbers {
-    /// The number of the surroundings of a face of the mesh; `sharpness` says where in the key it stands.
-    pub(super) fn face(&mut self, key: &[u32], place: Place, sharpness: &[u32]) -> u32 {
-        self.known.face(key, (None, place), sharpness)
+    /// Makes room for the nodes of so many plans more, of faces of a mesh some of whose quads may be known by shapes.
+    pub(super) fn reserve(&mut self, plans: usize, has_shapes: bool) {
+        self.known.has_shapes = has_shapes;
+        self.known.nodes.reserve(4 * plans, 16);
     }
 
-    pub(super) fn fan_meshes(&self) -> Arc<FanMeshes> {
-        self.fan_meshes.clone()
+    /// The number of the surroundings of a face of the mesh.
+    pub(super) fn face(&mut self, walk: WalkKey<'_>, place: Place) -> u32 {
+        self.known.face(walk, (None, place))
     }
 
     /// The nodes that are to be made next.
@@ -108,9 +189,19 @@ impl Numbers {
     }
 
     /// Makes nodes, which have the numbers that come next.
-    pub(super) fn generation(&mut self, compiler: &Compiler<'_>, open: Vec<Open>, nodes: &mut Vec<Node>) {
-        let Self { known, templates, .. } = self;
-        templates.make(&open, known, compiler);
+    pub(super) fn generation(
+        &mut self,
+        mesh: &Topology,
+        scheme: Scheme,
+        specials: &SpecialVertices,
+        open: Vec<Open>,
+        nodes: &mut Vec<Node>,
+    ) {
+        let Self { known, templates, fan_meshes, face_meshes } = self;
+        let without = Compiler { mesh, fan_meshes, face_meshes: &FaceMeshes::default(), scheme, specials };
+        cut_shapes(&open, known, face_meshes, &without);
+        let compiler = Compiler { face_meshes, ..without };
+        templates.make(&open, known, &compiler);
 
         let (mut direct, mut filled, mut own) = (Vec::new(), Vec::new(), 0);
         let way = |(i, open): (usize, &Open)| {
@@ -142,7 +233,7 @@ impl Numbers {
             template.weights(&known.values[values], part);
         });
         let make = |scratch: &mut Scratch, &i: &usize| {
-            compiler.node(known.nodes.key(open[i].number), &open[i], &known.nodes, scratch)
+            compiler.node(known.nodes.key(open[i].number), &open[i], known, scratch)
         };
         let made: Vec<Made> = direct.par_iter().map_init(Scratch::default, make).collect();
 

@@ -1,0 +1,248 @@
+//! The surroundings of a quad without their sharpness: many faces of a mesh differ in that alone. Such a *shape* is cut out once, and
+//! takes the sharpness of one face after the other; refined points next to nothing sharp are the same for all of them.
+//!
+//! Sharpness is written by *slot*: which corner of the quad, and which number there: of the vertex, then of the edges in the order
+//! in which the walk round the corner comes to them. The key of such a node is its shape's number and all slots that are not 0.
+//!
+//! That holds where the quad's children are known by their [fans](super::fan).
+
+use super::fan::{CornerFan, has_fans};
+use super::points::{Rings, Step};
+use super::refined_points::RefinedPoints;
+use crate::index::{Face, HalfEdge};
+use crate::limit::rows::Rows;
+use crate::scheme::Scheme;
+use crate::tags::INFINITE_SHARPNESS;
+use crate::topology::{NONE, SharpnessColumn, Topology};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// First number of a key; those of walks and fans begin otherwise.
+const FACE: u32 = u32::MAX - 17;
+
+/// Takes the key of a walk round a quad apart: `shape` becomes what is left without sharpness, `slots` a list of slots, three
+/// numbers each. `sharpness` says where in the key it stands. False where edges that are not spokes have a say.
+pub(super) fn take_apart(key: &[u32], sharpness: &[u32], shape: &mut Vec<u32>, slots: &mut Vec<u32>) -> bool {
+    shape.clear();
+    slots.clear();
+    let (mut at, mut corners) = (0, 0);
+    let mut notes = sharpness.iter().map(|&at| at as usize).peekable();
+    while at < key.len() {
+        if notes.peek() != Some(&at) {
+            corners += u32::from(key[at] == u32::MAX);
+            shape.push(key[at]);
+            at += 1;
+            continue;
+        }
+        let mut slot = (corners - 1) << 16;
+        while notes.next_if_eq(&at).is_some() {
+            if key[at..at + 2] != [0; 2] {
+                slots.extend([slot, key[at], key[at + 1]]);
+            }
+            (slot, at) = (slot + 1, at + 2);
+        }
+        // How many other edges follow, of either kind.
+        if key[at..at + 2] != [0; 2] {
+            return false;
+        }
+        at += 2;
+    }
+    true
+}
+
+/// The key of a node by the number of its shape and its slots.
+pub(super) fn key(shape: u32, slots: &[u32], key: &mut Vec<u32>) {
+    key.clear();
+    key.extend([FACE, shape]);
+    key.extend_from_slice(slots);
+}
+
+/// The shape in a node's key, if it has one.
+pub(super) fn shape(key: &[u32]) -> Option<u32> {
+    match key {
+        [FACE, shape, ..] => Some(*shape),
+        _ => None,
+    }
+}
+
+/// Where sharpness stands in a key with a shape.
+pub(super) fn places(key: &[u32]) -> impl Iterator<Item = usize> {
+    (3..key.len()).step_by(3)
+}
+
+/// What may be sharp.
+#[derive(Clone, Copy)]
+enum Element {
+    Vertex(u32),
+    Edge(u32),
+}
+
+/// A shape that was cut out.
+#[derive(Clone)]
+pub(super) struct FaceMesh {
+    pub topology: Topology,
+    pub own: [HalfEdge; 4],
+    /// The elements of the slots, corner by corner.
+    slots: [Vec<Element>; 4],
+    /// Edges and vertices with nothing sharp but boundaries.
+    smooth_edges: SharpnessColumn,
+    smooth_vertices: SharpnessColumn,
+    /// The refined points of all children then, by the numbers of the next level.
+    smooth: Arc<Smooth>,
+    /// Refined points that sharpness changes.
+    changed: Vec<u32>,
+}
+
+struct Smooth {
+    rows: Arc<Rows>,
+    /// Which refined vertices the rows are.
+    vertices: Vec<u32>,
+    rings: Arc<Rings>,
+}
+
+impl FaceMesh {
+    /// That of a cut-out, if the children of its face are known by fans.
+    pub fn new(mut t: Topology, scheme: Scheme, points: &mut RefinedPoints) -> Option<Self> {
+        let own: Vec<HalfEdge> = (0..t.sides(Face(0))).map(|c| t.half_edge(Face(0), c)).collect();
+        if !has_fans(&t, &own, scheme) {
+            return None;
+        }
+        let own = <[HalfEdge; 4]>::try_from(own).ok()?;
+        let slots = own.map(|h| elements(&t, h));
+        for e in slots.iter().flatten() {
+            match *e {
+                Element::Vertex(v) => t.vertex_sharpness.set(v as usize, 0.0),
+                Element::Edge(e) => {
+                    let is_boundary = t.twin[t.edge_half_edge[e as usize] as usize] == NONE;
+                    t.edge_sharpness.set(e as usize, if is_boundary { INFINITE_SHARPNESS } else { 0.0 });
+                }
+            }
+        }
+        t.index_sharp_edges();
+        points.clear(&t, t.vertex_count() + t.face_count() + t.edge_count());
+        let (mut rings, mut vertices, mut list) = (Rings::default(), Vec::new(), Vec::new());
+        for h in own {
+            list.clear();
+            CornerFan::default().below(&t, h, Some(&mut list));
+            let row = |&v: &u32| {
+                let row = points.row(&t, scheme, v);
+                if row as usize == vertices.len() {
+                    vertices.push(v);
+                }
+                row
+            };
+            rings.push(list.iter().map(row));
+        }
+        let smooth = Smooth { rows: Arc::new(points.rows().clone()), vertices, rings: Arc::new(rings) };
+        let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), t.vertex_sharpness.clone());
+        let (smooth, changed) = (Arc::new(smooth), Vec::new());
+        Some(Self { topology: t, own, slots, smooth_edges, smooth_vertices, smooth, changed })
+    }
+
+    /// Takes the sharpness of a node's key, each changed by `change`.
+    pub fn set(&mut self, key: &[u32], change: impl Fn(f64) -> f64) {
+        let Self { topology: t, slots, smooth_edges, smooth_vertices, changed, .. } = self;
+        t.edge_sharpness.assign(smooth_edges);
+        t.vertex_sharpness.assign(smooth_vertices);
+        changed.clear();
+        let edge_points = (t.vertex_count() + t.face_count()) as u32;
+        for &[slot, high, low] in key[2..].as_chunks().0 {
+            let s = change(f64::from_bits(u64::from(high) << 32 | u64::from(low)));
+            let slots = &slots[slot as usize >> 16];
+            let (vertex, element) = (&slots[0], &slots[slot as usize & 0xffff]);
+            let point = match *element {
+                Element::Vertex(v) => {
+                    t.vertex_sharpness.set(v as usize, s);
+                    v
+                }
+                Element::Edge(e) if smooth_edges.get(e as usize) == s => continue,
+                Element::Edge(e) => {
+                    t.edge_sharpness.set(e as usize, s);
+                    edge_points + e
+                }
+            };
+            let Element::Vertex(v) = *vertex else { unreachable!("the vertex comes first") };
+            changed.extend([v, point]);
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        t.index_sharp_edges();
+    }
+
+    /// The refined points that the children need, with the sharpness that was set.
+    pub fn step(&self, points: &mut RefinedPoints) -> Step {
+        let (t, smooth, changed) = (&self.topology, &self.smooth, &self.changed);
+        points.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
+        changed.iter().for_each(|&v| _ = points.row(t, Scheme::CatmullClark, v));
+        let rings = if changed.is_empty() {
+            smooth.rings.clone()
+        } else {
+            let first = smooth.vertices.len() as u32;
+            let row =
+                |row: u32| changed.binary_search(&smooth.vertices[row as usize]).map_or(row, |i| first + i as u32);
+            Arc::new(smooth.rings.renumbered(row))
+        };
+        Step::new(Some(smooth.rows.clone()), points.rows().clone(), rings)
+    }
+}
+
+/// The elements of a corner's slots.
+fn elements(t: &Topology, own: HalfEdge) -> Vec<Element> {
+    let edge = |h: HalfEdge| Element::Edge(t.edge(h).0);
+    let mut out = vec![Element::Vertex(t.origin(own).0), edge(own)];
+    let mut at = own;
+    let is_closed = loop {
+        out.push(edge(t.prev(at)));
+        match t.turn_left(at) {
+            Some(h) if h == own => break true,
+            Some(h) => at = h,
+            None => break false,
+        }
+    };
+    let mut at = own;
+    while let Some(h) = t.turn_right(at).filter(|_| !is_closed) {
+        out.push(edge(h));
+        at = h;
+    }
+    out
+}
+
+/// Shapes that were cut out, by their numbers.
+#[derive(Default)]
+pub(super) struct FaceMeshes(Vec<Tried>);
+
+#[derive(Default)]
+enum Tried {
+    #[default]
+    Not,
+    /// Children are not known by fans.
+    InVain,
+    /// The mesh, of which every thread that is at work with one has a copy.
+    Made(Mutex<Vec<Box<FaceMesh>>>, Box<FaceMesh>),
+}
+
+impl FaceMeshes {
+    /// Makes room for so many shapes.
+    pub fn grow(&mut self, shapes: usize) {
+        self.0.resize_with(shapes, Tried::default);
+    }
+
+    /// True where a mesh has not been asked for.
+    pub fn is_open(&self, shape: u32) -> bool {
+        matches!(self.0[shape as usize], Tried::Not)
+    }
+
+    pub fn put(&mut self, shape: u32, mesh: Option<FaceMesh>) {
+        self.0[shape as usize] = mesh.map_or(Tried::InVain, |mesh| Tried::Made(Mutex::default(), Box::new(mesh)));
+    }
+
+    /// Calls `f` with the mesh of a node's shape, if there is one.
+    pub fn with<R>(&self, key: &[u32], f: impl FnOnce(&mut FaceMesh) -> R) -> Option<R> {
+        let Tried::Made(free, original) = &self.0[shape(key)? as usize] else { return None };
+        let copies = || free.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = copies().pop();
+        let mut mesh = known.unwrap_or_else(|| original.clone());
+        let result = f(&mut mesh);
+        copies().push(mesh);
+        Some(result)
+    }
+}
