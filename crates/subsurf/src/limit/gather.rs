@@ -9,7 +9,7 @@ mod survey;
 
 use super::fan_class::FanClasses;
 use super::fans::Fans;
-use super::plan_key::{Keys, walk_plan};
+use super::plan_key::{Keys, Names, walk_plan};
 use super::smooth_ring::{self, Valences};
 use crate::index::Face;
 use crate::kernel::are_distinct;
@@ -39,11 +39,18 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face.
+    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face;
+    /// `names` shorten keys.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
-    pub fn new(t: &Topology, sizes: Vec<FanSize>, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
+    pub fn new(
+        t: &Topology,
+        sizes: Vec<FanSize>,
+        whole: usize,
+        face_patch: &[u32],
+        names: &mut Names,
+    ) -> Result<Self, MeshError> {
         let fans = Fans::new(t, sizes);
         let patches = face_patch[t.face_count()] as usize;
         let classes = FanClasses::new(t, &fans);
@@ -54,7 +61,7 @@ impl Gathered {
         let sizes: Vec<Size> = surveys.iter().map(|survey| survey.size).collect();
         let size: Size = sizes.iter().copied().sum();
         size.check(patches)?;
-        let shared = Shared::new(t, whole, surveys);
+        let shared = Shared::new(t, whole, surveys, names);
 
         let (mut patch_plan, mut patch_turn) =
             (subsurf_memory::with_capacity(patches), subsurf_memory::zeroed(patches));
@@ -83,7 +90,7 @@ impl Gathered {
         let mut rest = Vec::with_capacity(met.len());
         for chunk in &mut met {
             let number = |(key, &start)| {
-                let (plan, is_new) = known.insert(key);
+                let (plan, is_new) = known.insert(names.plan_key(key));
                 representatives.extend(is_new.then_some(start));
                 plan
             };
@@ -340,7 +347,9 @@ impl Met {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::plan::may_have_fans;
     use crate::mesh::ControlMesh;
+    use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tags::{Crease, Tags};
 
@@ -369,7 +378,8 @@ mod tests {
             let patches = |f: usize| if t.sides(Face::new(f)) == 4 { 1 } else { t.sides(Face::new(f)) as u32 };
             let mut face_patch = vec![0];
             (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
-            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch).unwrap();
+            let mut names = Names::new(may_have_fans(&t, Scheme::CatmullClark));
+            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch, &mut names).unwrap();
             for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
                 let first = face_patch[face.index()] as usize;
                 for subface in 0..patches(face.index()) as usize {
@@ -377,7 +387,8 @@ mod tests {
                     let turn = usize::from(gathered.patch_turn[patch]);
                     let start = if t.sides(face) == 4 { turn } else { subface };
                     walk_plan(&t, face, Some(start), &mut walk, &mut around);
-                    assert_eq!(Some(gathered.patch_plan[patch]), gathered.known.get(&around.key), "{face} {subface}");
+                    let plan = names.plan(&gathered.known, &around.key);
+                    assert_eq!(Some(gathered.patch_plan[patch]), plan, "{face} {subface}");
                     let ring = gathered.ring_start[patch] as usize;
                     assert_eq!(gathered.ring[ring..ring + around.ring.len()], around.ring, "{face} {subface}");
                 }

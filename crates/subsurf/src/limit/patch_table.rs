@@ -4,7 +4,7 @@
 
 use super::gather::Gathered;
 pub(super) use super::gather::Start;
-use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices};
+use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices, may_have_fans};
 use super::plan_key::Keys;
 use super::special::Method;
 use crate::index::{Face, HalfEdge};
@@ -125,9 +125,9 @@ impl PatchTable {
         }
         let specials = SpecialVertices::new(method);
         let fan_sizes = std::mem::take(&mut topology.fan_sizes);
-        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch)?;
+        let mut nodes = Numbers::new(may_have_fans(&topology, scheme));
+        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch, nodes.names())?;
         let mut plans = Plans::empty(scheme);
-        let mut nodes = Numbers::default();
         let (known, starts) = (gathered.known, gathered.representatives);
         plans.add(&topology, known.since(0).zip(starts), scheme, &specials, &mut nodes);
         let table = Self {

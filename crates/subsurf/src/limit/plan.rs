@@ -27,6 +27,7 @@ mod sub_patches;
 mod template;
 
 pub(super) use compile::Numbers;
+pub(super) use fan::may_have_fans;
 pub(crate) use grid_weights::{GridMaker, GridScratch};
 use points::Points;
 pub(super) use refined_points::RefinedPoints;
@@ -132,8 +133,10 @@ struct Split {
 
 #[derive(Clone, Copy)]
 struct Child {
-    /// Where to go from the node as it is, and from the node raised by 1. Every further raise is passed on.
-    links: [Link; 2],
+    /// Where to go from the node as it is, and from the node raised by 1. Every further raise is passed on. Nodes and raises are
+    /// kept apart, so that they take less room.
+    nodes: [u32; 2],
+    raises: [u8; 2],
     /// Which corner of the child is the node's corner 0.
     turn: u8,
     /// Which of the children it is.
@@ -403,13 +406,19 @@ impl Link {
 }
 
 impl Child {
-    const NONE: Self = Self { links: [Link { node: 0, raise: 0 }; 2], turn: 0, number: 0 };
+    const NONE: Self = Self { nodes: [0; 2], raises: [0; 2], turn: 0, number: 0 };
+
+    fn new(links: [Link; 2], turn: u8, number: usize) -> Self {
+        let [low, high] = links;
+        Self { nodes: [low.node, high.node], raises: [low.raise, high.raise], turn, number: number as u8 }
+    }
 
     /// Where a node that is raised by `raise` leads to.
     fn link(&self, raise: u8) -> Link {
-        match (self.links, raise) {
-            ([low, _], 0) => low,
-            ([_, Link { node, raise: gain }], _) => Link { node, raise: raise - 1 + gain },
+        let ([low, high], [at_low, at_high]) = (self.nodes, self.raises);
+        match raise {
+            0 => Link { node: low, raise: at_low },
+            _ => Link { node: high, raise: raise - 1 + at_high },
         }
     }
 }

@@ -1,10 +1,12 @@
 //! Keys of plans: surroundings as lists of numbers, compared in full. Equal keys mean equal limit masks.
 
 mod keys;
+pub(super) mod names;
 
 use crate::index::{Face, HalfEdge};
 use crate::topology::{Around, Lowest, Surroundings, Tables, Topology, Walk, lowered};
 pub(super) use keys::Keys;
+pub(super) use names::Names;
 use std::hash::Hasher;
 
 /// Walks round a face that is one patch from its canonical corner, round a sub-face from the corner `start`, and leaves the plan's

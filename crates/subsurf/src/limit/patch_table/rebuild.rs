@@ -51,7 +51,7 @@ impl PatchTable {
             let is_whole = t.sides(face) == self.scheme.patch_sides();
             for subface in 0..patches {
                 let start = walk_plan(t, face, (!is_whole).then_some(subface as usize), walk, &mut around);
-                let (plan, is_new) = known.plans.insert(&around.key);
+                let (plan, is_new) = known.plans.insert(known.nodes.names().plan_key(&around.key));
                 starts.extend(is_new.then_some((face.0, start as u32)));
                 let patch = first + subface;
                 self.patch_plan[patch as usize] = plan;

@@ -5,9 +5,10 @@ mod alike;
 mod numbers;
 
 use super::super::linear_boundary::{LinearEnds, has_side};
+use super::super::plan_key::names::{Apart, open_plan_key};
 use super::super::plan_key::{Keys, canonical_corner};
 use super::face_mesh::{FaceMesh, FaceMeshes};
-use super::fan::{CornerFan, has_fans, may_have_fans};
+use super::fan::{CornerFan, has_fans};
 use super::fan_mesh::FanMeshes;
 use super::points::{Points, Rings, Step};
 use super::refined_points::RefinedPoints;
@@ -20,7 +21,7 @@ use crate::refine::{NextHalfEdges, NextLevel};
 use crate::scheme::Scheme;
 use crate::topology::{Around, Cutter, Lowest, Surroundings, Tables, Topology, Walk};
 pub(in crate::limit) use numbers::Numbers;
-use numbers::{Apart, Known, Open, WalkKey};
+use numbers::{Known, NODES, Open};
 use std::sync::Arc;
 
 /// More generations than any surroundings need: each drops one of at most ten different whole parts of sharpness or tells
@@ -43,15 +44,22 @@ impl Plans {
         specials: &SpecialVertices,
         numbers: &mut Numbers,
     ) {
-        numbers.reserve(plans.len(), may_have_fans(mesh, scheme));
+        let is_first = self.plans.is_empty();
+        if is_first {
+            numbers.reserve(plans.len());
+            self.nodes.reserve(NODES * plans.len());
+        }
         for (key, (face, start)) in plans {
-            let (key, sharpness, raise) = Surroundings::open_key(key);
+            let (key, raise) = open_plan_key(key);
             let place = Place { face: Face(face), start, raise: raise as i8 };
-            self.plans.push(Link { node: numbers.face(WalkKey { key, sharpness }, place), raise });
+            self.plans.push(Link { node: numbers.face(key, place), raise });
         }
         for _ in 0..DEEPEST {
             let open = numbers.take_open();
             if open.is_empty() {
+                if is_first {
+                    self.nodes.shrink_to_fit();
+                }
                 self.parts.grow(self.plans.len());
                 return;
             }
@@ -212,7 +220,7 @@ impl Compiler<'_> {
     /// The step from a face that was cut out to its children, which are met by walks.
     fn split(&self, is_patch: bool, known: &Known, scratch: &mut Scratch) -> MadeBody {
         let split = self.scheme.split();
-        let Scratch { around, cutter, points, half_edges, apart, .. } = scratch;
+        let Scratch { around, cutter, points, half_edges, apart, key, .. } = scratch;
         let t = cutter.take();
         half_edges.list(&t, split);
         let next = NextLevel::new(&t, split, half_edges);
@@ -226,14 +234,14 @@ impl Compiler<'_> {
             let turn = canonical_corner(&next, face, lowest.excess());
             let place = Place { face, start: turn as u32, raise: lowest.raise() as i8 };
             around.go(&next, place);
-            let low = walk_link(&around.list, place, lowest.raise(), known, apart);
+            let low = walk_link(&around.list, place, lowest.raise(), known, (apart, key));
             rings.push(around.list.ring.iter().map(|&v| points.row(&t, self.scheme, v)));
             // The step takes 1 from everything finite, or nothing where the node is raised by 1. Where the child has what
             // was lowest in the node, that leads to other surroundings; else to the same, raised.
             let has_lowest = can_rise && lowest.ends();
             let high = has_lowest.then(|| {
                 around.list.lower(-1);
-                walk_link(&around.list, Place { raise: -1, ..place }, 0, known, apart)
+                walk_link(&around.list, Place { raise: -1, ..place }, 0, known, (apart, key))
             });
             MadeChild { low, high, turn: turn as u8 }
         });
@@ -351,12 +359,17 @@ fn link(key: &[u32], raise: u8, known: &Keys) -> MadeLink {
     MadeLink { place: None, raise, node }
 }
 
-/// What leads to the node that a walk went round, raised by `raise`.
-fn walk_link(around: &Surroundings, place: Place, raise: u8, known: &Known, apart: &mut Apart) -> MadeLink {
-    let (key, sharpness) = (&around.key[..], around.sharpness());
-    let node = match known.walked(WalkKey { key, sharpness }, apart) {
+/// What leads to the node that a walk went round, raised by `raise`; the last is memory.
+fn walk_link(
+    around: &Surroundings,
+    place: Place,
+    raise: u8,
+    known: &Known,
+    (apart, key): (&mut Apart, &mut Vec<u32>),
+) -> MadeLink {
+    let node = match known.walked(around, apart, key) {
         Some(node) => MadeNode::Known(node),
-        None => MadeNode::New(key.into(), sharpness.into()),
+        None => MadeNode::New(around.key[..].into(), around.sharpness().into()),
     };
     MadeLink { place: Some(place), raise, node }
 }

@@ -1,8 +1,5 @@
-//! The surroundings of a quad without their sharpness: many faces of a mesh differ in that alone. Such a *shape* is cut out once, and
+//! The surroundings of a quad without their sharpness, its [shape](crate::limit::plan_key::names): many faces of a mesh differ in that alone. Such a shape is cut out once, and
 //! takes the sharpness of one face after the other; refined points next to nothing sharp are the same for all of them.
-//!
-//! Sharpness is written by *slot*: which corner of the quad, and which number there: of the vertex, then of the edges in the order
-//! in which the walk round the corner comes to them. The key of such a node is its shape's number and all slots that are not 0.
 //!
 //! That holds where the quad's children are known by their [fans](super::fan).
 
@@ -10,64 +7,12 @@ use super::fan::{CornerFan, has_fans};
 use super::points::{Rings, Step};
 use super::refined_points::RefinedPoints;
 use crate::index::{Face, HalfEdge};
+use crate::limit::plan_key::names;
 use crate::limit::rows::Rows;
 use crate::scheme::Scheme;
 use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{NONE, SharpnessColumn, Topology};
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// First number of a key; those of walks and fans begin otherwise.
-const FACE: u32 = u32::MAX - 17;
-
-/// Takes the key of a walk round a quad apart: `shape` becomes what is left without sharpness, `slots` a list of slots, three
-/// numbers each. `sharpness` says where in the key it stands. False where edges that are not spokes have a say.
-pub(super) fn take_apart(key: &[u32], sharpness: &[u32], shape: &mut Vec<u32>, slots: &mut Vec<u32>) -> bool {
-    shape.clear();
-    slots.clear();
-    let (mut at, mut corners) = (0, 0);
-    let mut notes = sharpness.iter().map(|&at| at as usize).peekable();
-    while at < key.len() {
-        if notes.peek() != Some(&at) {
-            corners += u32::from(key[at] == u32::MAX);
-            shape.push(key[at]);
-            at += 1;
-            continue;
-        }
-        let mut slot = (corners - 1) << 16;
-        while notes.next_if_eq(&at).is_some() {
-            if key[at..at + 2] != [0; 2] {
-                slots.extend([slot, key[at], key[at + 1]]);
-            }
-            (slot, at) = (slot + 1, at + 2);
-        }
-        // How many other edges follow, of either kind.
-        if key[at..at + 2] != [0; 2] {
-            return false;
-        }
-        at += 2;
-    }
-    true
-}
-
-/// The key of a node by the number of its shape and its slots.
-pub(super) fn key(shape: u32, slots: &[u32], key: &mut Vec<u32>) {
-    key.clear();
-    key.extend([FACE, shape]);
-    key.extend_from_slice(slots);
-}
-
-/// The shape in a node's key, if it has one.
-pub(super) fn shape(key: &[u32]) -> Option<u32> {
-    match key {
-        [FACE, shape, ..] => Some(*shape),
-        _ => None,
-    }
-}
-
-/// Where sharpness stands in a key with a shape.
-pub(super) fn places(key: &[u32]) -> impl Iterator<Item = usize> {
-    (3..key.len()).step_by(3)
-}
 
 /// What may be sharp.
 #[derive(Clone, Copy)]
@@ -145,11 +90,9 @@ impl FaceMesh {
         t.vertex_sharpness.assign(smooth_vertices);
         changed.clear();
         let edge_points = (t.vertex_count() + t.face_count()) as u32;
-        for &[slot, high, low] in key[2..].as_chunks().0 {
-            let s = change(f64::from_bits(u64::from(high) << 32 | u64::from(low)));
-            let slots = &slots[slot as usize >> 16];
-            let (vertex, element) = (&slots[0], &slots[slot as usize & 0xffff]);
-            let point = match *element {
+        for (corner, number, s) in names::slots(key) {
+            let (vertex, s) = (slots[corner][0], change(s));
+            let point = match slots[corner][number] {
                 Element::Vertex(v) => {
                     t.vertex_sharpness.set(v as usize, s);
                     v
@@ -160,7 +103,7 @@ impl FaceMesh {
                     edge_points + e
                 }
             };
-            let Element::Vertex(v) = *vertex else { unreachable!("the vertex comes first") };
+            let Element::Vertex(v) = vertex else { unreachable!("the vertex comes first") };
             changed.extend([v, point]);
         }
         changed.sort_unstable();
@@ -237,7 +180,7 @@ impl FaceMeshes {
 
     /// Calls `f` with the mesh of a node's shape, if there is one.
     pub fn with<R>(&self, key: &[u32], f: impl FnOnce(&mut FaceMesh) -> R) -> Option<R> {
-        let Tried::Made(free, original) = &self.0[shape(key)? as usize] else { return None };
+        let Tried::Made(free, original) = &self.0[names::shape(key)? as usize] else { return None };
         let copies = || free.lock().unwrap_or_else(PoisonError::into_inner);
         let known = copies().pop();
         let mut mesh = known.unwrap_or_else(|| original.clone());

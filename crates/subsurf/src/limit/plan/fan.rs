@@ -59,7 +59,7 @@ pub(super) fn has_fans(t: &Topology, own: &[HalfEdge], scheme: Scheme) -> bool {
 }
 
 /// True if quads of `t` are known by fans at all.
-pub(super) fn may_have_fans(t: &Topology, scheme: Scheme) -> bool {
+pub(in crate::limit) fn may_have_fans(t: &Topology, scheme: Scheme) -> bool {
     let is_uniform = t.rules().creasing == Creasing::Uniform;
     scheme == Scheme::CatmullClark && t.interpolation == Interpolation::Smooth && is_uniform
 }

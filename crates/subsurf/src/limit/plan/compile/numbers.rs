@@ -3,7 +3,7 @@
 //! A generation is made in two passes. The first is parallel: templates, what is made without one, and the weights that nodes
 //! have of their own. The second puts the nodes together one after the other, and numbers their children.
 
-use super::super::face_mesh::{self, FaceMesh, FaceMeshes};
+use super::super::face_mesh::{FaceMesh, FaceMeshes};
 use super::super::fan::CornerFan;
 use super::super::points::{OwnWeights, Points};
 use super::super::template::{self, Filled};
@@ -11,8 +11,9 @@ use super::super::{Body, Child, Link, Node, SpecialVertices, Split};
 use super::alike::Templates;
 use super::{Compiler, FanMeshes, Made, MadeBody, MadeChild, MadeLink, MadeNode, Parent, Place, Scratch};
 use crate::limit::plan_key::Keys;
+use crate::limit::plan_key::names::{self, Apart, Names};
 use crate::scheme::Scheme;
-use crate::topology::{Lowest, Topology};
+use crate::topology::{Lowest, Surroundings, Topology};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -39,47 +40,19 @@ pub(super) struct Open {
 #[derive(Default)]
 pub(super) struct Known {
     pub nodes: Keys,
-    /// Walks round quads without their sharpness, where [shapes](super::super::face_mesh) are looked for.
-    pub shapes: Keys,
-    pub has_shapes: bool,
+    pub names: Names,
     /// Keys without the values of finite sharpness.
     pub outlines: Keys,
     open: Vec<Open>,
     pub values: Vec<f64>,
     outline: Vec<u32>,
-    apart: Apart,
-}
-
-/// A walk's key taken apart, and the node's key: memory.
-#[derive(Default)]
-pub(super) struct Apart {
-    shape: Vec<u32>,
-    slots: Vec<u32>,
-    key: Vec<u32>,
-}
-
-impl Apart {
-    /// Takes the key of a walk apart, if that can be done.
-    fn of(&mut self, WalkKey { key, sharpness }: WalkKey<'_>) -> bool {
-        key.get(1) == Some(&4) && face_mesh::take_apart(key, sharpness, &mut self.shape, &mut self.slots)
-    }
-}
-
-/// The key of a walk, and where in it sharpness stands.
-#[derive(Clone, Copy)]
-pub(super) struct WalkKey<'a> {
-    pub key: &'a [u32],
-    pub sharpness: &'a [u32],
 }
 
 impl Known {
     /// The number of the node round which a walk went, if it is known.
-    pub fn walked(&self, walk: WalkKey<'_>, apart: &mut Apart) -> Option<u32> {
-        if !(self.has_shapes && apart.of(walk)) {
-            return self.nodes.get(walk.key);
-        }
-        face_mesh::key(self.shapes.get(&apart.shape)?, &apart.slots, &mut apart.key);
-        self.nodes.get(&apart.key)
+    pub fn walked(&self, walk: &Surroundings, apart: &mut Apart, key: &mut Vec<u32>) -> Option<u32> {
+        let has_key = self.names.find(&walk.key, walk.sharpness(), apart, key);
+        if has_key { self.nodes.get(key) } else { None }
     }
 
     /// The number of a fan.
@@ -92,20 +65,13 @@ impl Known {
     }
 
     /// The number of a face's surroundings.
-    fn face(&mut self, walk: WalkKey<'_>, face: (Option<Arc<Parent>>, Place)) -> u32 {
-        let mut apart = std::mem::take(&mut self.apart);
-        let has_shape = self.has_shapes && apart.of(walk);
-        if has_shape {
-            face_mesh::key(self.shapes.insert(&apart.shape).0, &apart.slots, &mut apart.key);
-        }
-        let key = if has_shape { &apart.key[..] } else { walk.key };
+    fn face(&mut self, key: &[u32], face: (Option<Arc<Parent>>, Place)) -> u32 {
         let (number, is_new) = self.nodes.insert(key);
-        if is_new && has_shape {
-            self.open(number, Some(face), key, face_mesh::places(key));
+        if is_new && names::shape(key).is_some() {
+            self.open(number, Some(face), key, names::places(key));
         } else if is_new {
             self.open.push(Open { number, face: Some(face), outline: None });
         }
-        self.apart = apart;
         number
     }
 
@@ -127,8 +93,9 @@ impl Known {
     fn link(&mut self, MadeLink { place, raise, node }: MadeLink, parent: Option<&Arc<Parent>>) -> Link {
         let node = match (node, place) {
             (MadeNode::Known(node), _) => node,
-            (MadeNode::New(key, sharpness), Some(place)) => {
-                self.face(WalkKey { key: &key, sharpness: &sharpness }, (parent.cloned(), place))
+            (MadeNode::New(walk, sharpness), Some(place)) => {
+                let key = self.names.key(&walk, &sharpness).to_vec();
+                self.face(&key, (parent.cloned(), place))
             }
             (MadeNode::New(key, _), None) => self.fan(&key),
         };
@@ -138,11 +105,11 @@ impl Known {
 
 /// Cuts out the shapes of several nodes.
 fn cut_shapes(open: &[Open], known: &Known, meshes: &mut FaceMeshes, compiler: &Compiler<'_>) {
-    meshes.grow(known.shapes.len());
+    meshes.grow(known.names.shapes());
     // How many nodes have a shape, and the first of them.
-    let mut alike = vec![(0, 0); known.shapes.len()];
+    let mut alike = vec![(0, 0); known.names.shapes()];
     for (i, open) in open.iter().enumerate().filter(|(_, open)| open.face.is_some()) {
-        if let Some(shape) = face_mesh::shape(known.nodes.key(open.number)) {
+        if let Some(shape) = names::shape(known.nodes.key(open.number)) {
             let (count, first) = &mut alike[shape as usize];
             *first = if *count == 0 { i } else { *first };
             *count += 1;
@@ -165,6 +132,9 @@ enum Way {
     Filled { outline: u32, weights: usize },
 }
 
+/// Nodes that room is made for, per plan: as many as there are where nearly every face has a sharpness of its own.
+pub(super) const NODES: usize = 5;
+
 /// How many nodes of a shape it takes to cut it out.
 const LEAST_ALIKE: usize = 2;
 
@@ -172,15 +142,25 @@ const LEAST_ALIKE: usize = 2;
 const SHARE: usize = 64;
 
 impl Numbers {
-    /// Makes room for the nodes of so many plans more, of faces of a mesh some of whose quads may be known by shapes.
-    pub(super) fn reserve(&mut self, plans: usize, has_shapes: bool) {
-        self.known.has_shapes = has_shapes;
-        self.known.nodes.reserve(4 * plans, 16);
+    /// None; `has_shapes` is true where quads may be known by shapes.
+    pub fn new(has_shapes: bool) -> Self {
+        let known = Known { names: Names::new(has_shapes), ..Known::default() };
+        Self { known, ..Self::default() }
+    }
+
+    /// The names of what walks list.
+    pub fn names(&mut self) -> &mut Names {
+        &mut self.known.names
+    }
+
+    /// Makes room for the nodes of so many plans more.
+    pub(super) fn reserve(&mut self, plans: usize) {
+        self.known.nodes.reserve(NODES * plans, 16);
     }
 
     /// The number of the surroundings of a face of the mesh.
-    pub(super) fn face(&mut self, walk: WalkKey<'_>, place: Place) -> u32 {
-        self.known.face(walk, (None, place))
+    pub(super) fn face(&mut self, key: &[u32], place: Place) -> u32 {
+        self.known.face(key, (None, place))
     }
 
     /// The nodes that are to be made next.
@@ -266,7 +246,7 @@ impl Numbers {
                                 } else {
                                     low.raised()
                                 };
-                                *child = Child { links: [low, high], turn: c as u8, number: c as u8 };
+                                *child = Child::new([low, high], c as u8, c);
                             }
                             let own = (own > 0).then(|| OwnWeights { all: weights.clone(), start });
                             let points = Points::filled(step, own);
@@ -285,7 +265,7 @@ impl Numbers {
                                 let MadeChild { low, high, turn } = made;
                                 let low = known.link(low, parent.as_ref());
                                 let high = high.map_or(low.raised(), |high| known.link(high, parent.as_ref()));
-                                *child = Child { links: [low, high], turn, number: number as u8 };
+                                *child = Child::new([low, high], turn, number);
                             }
                             Body::Split(Split { points, children, count, ends: ends.map(Box::new) })
                         }
