@@ -316,12 +316,6 @@ impl Topology {
         self.across_seam.get(&v.0).map_or(&[], Vec::as_slice)
     }
 
-    /// True where `v` lies on a boundary that is kept piecewise linear.
-    pub(crate) fn is_on_linear_boundary(&self, v: Vertex) -> bool {
-        self.interpolation == Interpolation::LinearBoundaries
-            && self.sharp_edges(v).iter().any(|&e| self.edge_flags[e as usize].boundary)
-    }
-
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.
     pub(crate) fn index_sharp_edges(&mut self) {
         let Self { edge_vertices, edge_sharpness, sharp_offset: offset, sharp_edges: list, .. } = self;

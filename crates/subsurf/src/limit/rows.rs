@@ -37,8 +37,12 @@ impl Rows {
     }
 
     /// Rows over `columns` points; terms with the same column are added.
-    pub fn new<'a>(columns: usize, rows: impl IntoIterator<Item = &'a Combination>) -> Self {
-        let mut out = Self::empty(columns);
+    pub fn new(columns: usize, rows: &[Combination]) -> Self {
+        let most = rows.iter().map(Vec::len).sum();
+        let mut offset = Vec::with_capacity(rows.len() + 1);
+        offset.push(0);
+        let (column, weight) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        let mut out = Self { offset, column, weight, columns };
         let mut sum = Accumulator::new(columns);
         for row in rows {
             row.iter().for_each(|&(c, w)| sum.add(c, w));

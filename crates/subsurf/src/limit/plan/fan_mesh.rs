@@ -9,7 +9,7 @@ use super::points::{Rings, Step};
 use super::refined_points::RefinedPoints;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::{Scheme, SplitKind};
-use crate::topology::Topology;
+use crate::topology::{SharpnessColumn, Topology};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,7 +22,8 @@ pub(super) struct FanMesh {
     /// Edges of the spokes, and those that go on beyond the quad's two.
     spokes: Vec<u32>,
     beyond: Vec<(u32, u32)>,
-    smooth_edges: Vec<f64>,
+    smooth_edges: SharpnessColumn,
+    smooth_vertices: SharpnessColumn,
     /// Refined points that depend on sharpness, and rows of the others.
     varying: Vec<u32>,
     fixed: Arc<Rows>,
@@ -67,26 +68,23 @@ impl FanMesh {
         let mut points = RefinedPoints::default();
         points.clear(&t, edge_points as usize + t.edge_count());
         fixed.iter().for_each(|&v| _ = points.row(&t, Scheme::CatmullClark, v));
-        let smooth_edges = t.edge_sharpness.iter().collect();
+        let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), SharpnessColumn::smooth(t.vertex_count()));
         let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings));
-        Self { topology: t, own, spokes, beyond, smooth_edges, varying, fixed, rings }
+        Self { topology: t, own, spokes, beyond, smooth_edges, smooth_vertices, varying, fixed, rings }
     }
 
     /// Takes the sharpness of a fan of its shape.
     pub fn set(&mut self, fan: &CornerFan) {
         let t = &mut self.topology;
-        t.edge_sharpness.clear();
-        self.smooth_edges.iter().for_each(|&s| t.edge_sharpness.push(s));
+        t.edge_sharpness.assign(&self.smooth_edges);
         for &(spoke, s) in &fan.spokes {
             t.edge_sharpness.set(self.spokes[spoke as usize] as usize, s);
             let on = self.beyond.iter().filter(|on| on.0 == spoke);
             on.for_each(|&(_, e)| t.edge_sharpness.set(e as usize, s));
         }
         t.index_sharp_edges();
-        let vertices = t.vertex_sharpness.len();
-        t.vertex_sharpness.clear();
-        t.vertex_sharpness.push(fan.vertex);
-        (1..vertices).for_each(|_| t.vertex_sharpness.push(0.0));
+        t.vertex_sharpness.assign(&self.smooth_vertices);
+        t.vertex_sharpness.set(0, fan.vertex);
     }
 
     /// The refined points that the children need, with the sharpness that was set.
