@@ -153,6 +153,8 @@ fn elements(t: &Topology, own: HalfEdge) -> Vec<Element> {
 #[derive(Default)]
 pub(super) struct FaceMeshes(Vec<Tried>);
 
+// Boxed, so that lending a mesh moves a pointer.
+#[allow(clippy::vec_box)]
 #[derive(Default)]
 enum Tried {
     #[default]
@@ -187,5 +189,75 @@ impl FaceMeshes {
         let result = f(&mut mesh);
         copies().push(mesh);
         Some(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::points::Points;
+    use super::*;
+    use crate::limit::plan::may_have_fans;
+    use crate::limit::plan_key::{Names, walk_plan};
+    use crate::mesh::ControlMesh;
+    use crate::shapes;
+    use crate::tags::{Corner, Crease, Tags};
+    use crate::topology::{Around, Cutter, Lowest, Surroundings, Walk};
+    use std::collections::BTreeMap;
+
+    /// A grid with creases across each other, of many sharpnesses, and some sharp vertices.
+    fn creased_grid(side: u32) -> ControlMesh {
+        let at = |i: u32, j: u32| i * (side + 1) + j;
+        let faces: Vec<[u32; 4]> = (0..side * side)
+            .map(|f| (f / side, f % side))
+            .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
+            .collect();
+        let along = (0..side).map(|i| Crease::new(at(i, 2), at(i + 1, 2), 0.25 * f64::from(i)));
+        let across = (0..side).map(|j| Crease::new(at(3, j), at(3, j + 1), 10.0 - f64::from(j)));
+        let corners = (1..side).map(|i| Corner::new(at(i, i), 0.5 * f64::from(i))).collect();
+        ControlMesh::new(&faces, Tags { creases: along.chain(across).collect(), corners, ..Tags::default() }).unwrap()
+    }
+
+    #[test]
+    fn a_shape_with_a_face_s_sharpness_gives_the_points_that_masks_give() {
+        let scheme = Scheme::CatmullClark;
+        let (mut walk, mut around, mut cutter) = (Walk::default(), Surroundings::default(), Cutter::default());
+        let (mut points, mut direct) = (RefinedPoints::default(), RefinedPoints::default());
+        let mut met_again = 0;
+        for mesh in shapes::all().into_iter().map(|shape| shape.mesh).chain([creased_grid(12)]) {
+            let t = Topology::new(&mesh).unwrap();
+            if !may_have_fans(&t, scheme) {
+                continue;
+            }
+            let (mut names, mut meshes) = (Names::new(true), BTreeMap::new());
+            for face in (0..t.face_count()).map(Face::new).filter(|&face| t.sides(face) == 4) {
+                let start = walk_plan(&t, face, None, &mut walk, &mut around);
+                let key = names.plan_key(&around.key).split_last().unwrap().1.to_vec();
+                let Some(shape) = names::shape(&key) else { continue };
+                t.lowered_surroundings(face, start, Lowest::of(&t, face).raise() as i8, &mut walk, &mut around);
+                cutter.cut_out(&t, &around, &walk);
+                met_again += usize::from(meshes.contains_key(&shape) && names::slots(&key).count() > 0);
+                let mesh = meshes
+                    .entry(shape)
+                    .or_insert_with(|| FaceMesh::new(cutter.cut().clone(), scheme, &mut RefinedPoints::default()));
+                let Some(mesh) = mesh else { continue };
+                mesh.set(&key, |s| s);
+                let (step, cut) = (Points::new(mesh.step(&mut points)), cutter.cut());
+                direct.clear(cut, cut.vertex_count() + cut.face_count() + cut.edge_count());
+                for c in 0..4 {
+                    let (mut ring, mut fan, mut below) = (Vec::new(), CornerFan::default(), CornerFan::default());
+                    fan.below(cut, cut.half_edge(Face(0), c), Some(&mut ring));
+                    below.below(&mesh.topology, mesh.own[c], None);
+                    assert_eq!(fan, below, "{face} child {c}");
+                    let rows = step.step.rings.get(c);
+                    assert_eq!(rows.len(), ring.len());
+                    for (&row, &v) in rows.iter().zip(&ring) {
+                        let i = direct.row(cut, scheme, v) as usize;
+                        let expected: Vec<_> = direct.rows().row(i).collect();
+                        assert_eq!(step.row(row as usize).collect::<Vec<_>>(), expected, "{face} child {c}");
+                    }
+                }
+            }
+        }
+        assert!(met_again > 50, "{met_again}");
     }
 }

@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(keys.get(&[]), None);
         // Lists of up to three numbers, most of them several times.
         for i in 0..4000u32 {
-            let list = [i % 7, i % 5 << 20, i % 11];
+            let list = [i % 7, (i % 5) << 20, i % 11];
             let key = &list[..(i % 4) as usize];
             let next = expected.len() as u32;
             let number = *expected.entry(key.to_vec()).or_insert(next);
