@@ -5,7 +5,7 @@
 //! all machines give the same bits.
 
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 
 mod block;
 mod distinct;
@@ -13,6 +13,7 @@ mod lattice;
 mod normal;
 mod parts;
 mod surface;
+mod width;
 
 pub use block::Lanes;
 use block::store_each;
@@ -22,6 +23,8 @@ pub(crate) use normal::unit_normals_of;
 pub use parts::{PART, Part, PartLanes};
 pub(crate) use parts::{Parts, put};
 pub(crate) use surface::{Ring, Samples, SurfaceMatrix};
+pub(crate) use width::level;
+pub use width::limit_vector_bits;
 
 /// Samples of a block: one 512-bit vector of `f32`.
 pub(crate) const LANES: usize = 16;
@@ -30,7 +33,7 @@ pub(crate) const LANES: usize = 16;
 /// `#[inline(always)]`, and so must `work` itself, to be compiled that way.
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-    dispatch!(Level::new(), simd => simd.vectorize(work))
+    dispatch!(level(), simd => simd.vectorize(work))
 }
 
 /// Weights of samples over the points of a ring, in blocks: `blocks[b * points + p][k]` is the weight of point `p` in sample
@@ -85,7 +88,7 @@ impl<T: Real> Matrix<T> {
         out: &mut [[T; N]],
     ) {
         assert_eq!(ring.len(), self.points, "one value per point of the ring");
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 let blocks = self.blocks.chunks_exact(self.points.max(1)).zip(out.chunks_mut(LANES));

@@ -70,6 +70,7 @@ pub use adaptive::{
 pub use channel::{Channel, ChannelError};
 pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
+pub use kernel::limit_vector_bits;
 pub use limit::{
     Curvature, Derivatives, EvaluationSize, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind,
     PatchTable, Spectrum, TableSize,

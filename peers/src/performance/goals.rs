@@ -10,7 +10,35 @@ pub struct Outcome {
     pub wanted: String,
     /// Least and most of what was measured, and of how many measurements how many reach the goal.
     pub measured: Option<([f64; 2], [usize; 2])>,
+    /// The same of a program that only writes the output, where that was measured: no other can do better.
+    pub floor: Option<([f64; 2], [usize; 2])>,
     pub unit: &'static str,
+}
+
+/// A measurement in which another was faster.
+pub struct Behind {
+    pub what: String,
+    pub rival: String,
+    /// Their time by ours.
+    pub ratio: f64,
+}
+
+/// Every one, and of how many comparisons. Memory and threads are told apart, and so are what we compare of ours.
+pub fn behind(records: &[Record]) -> (Vec<Behind>, usize) {
+    const OTHERS: [&str; 5] = [FLOOR, FLOOR_ORDINARY, OURS_SINGLE, OUR_STENCILS, OURS_ANEW];
+    let compared = |r: &&Record| !["memory", "threads"].contains(&r.section.as_str());
+    let (mut out, mut count) = (Vec::new(), 0);
+    for record in records.iter().filter(compared) {
+        for entry in record.entries.iter().filter(|e| !OTHERS.contains(&e.name.as_str())) {
+            let Some(ratio) = entry.ratio.map(|ratio| ratio.median) else { continue };
+            count += 1;
+            if ratio < 1.0 {
+                let Record { section, mesh, what, .. } = record;
+                out.push(Behind { what: format!("{section}: {mesh}, {what}"), rival: entry.name.clone(), ratio });
+            }
+        }
+    }
+    (out, count)
 }
 
 /// All goals, in the order of the document.
@@ -19,25 +47,26 @@ pub fn outcomes(records: &[Record]) -> Vec<Outcome> {
     let of = |section: &'static str, what: &'static str| {
         records.iter().filter(move |r| r.section == section && r.what.contains(what))
     };
-    let ratios = |section, what, rival: &'static str| -> Vec<f64> {
-        of(section, what).filter_map(|r| ratio(r, rival)).collect()
+    let ratios = |section, what, rival: &'static str| -> Vec<Beside> {
+        of(section, what).filter_map(|r| Beside::of(r, rival)).collect()
+    };
+    let tessellated = |normals: &'static str, state: &'static str, rival: &'static str| -> Vec<Beside> {
+        of("tessellate", normals).filter(|r| r.what.ends_with(state)).filter_map(|r| Beside::of(r, rival)).collect()
     };
     // How many times as long as writing the output ours takes.
-    let above_floor =
-        |section, what| -> Vec<f64> { ratios(section, what, FLOOR).into_iter().map(|x| 1.0 / x).collect() };
-    let tessellated = |normals: &'static str, state: &'static str, rival: &'static str| -> Vec<f64> {
-        of("tessellate", normals).filter(|r| r.what.ends_with(state)).filter_map(|r| ratio(r, rival)).collect()
-    };
-    let inverse = |values: Vec<f64>| values.into_iter().map(|x: f64| 1.0 / x).collect();
+    let inverse = |values: Vec<Beside>| values.into_iter().map(|x| 1.0 / x.ours).collect();
+    let above_floor = |section, what| inverse(ratios(section, what, FLOOR));
     let bytes = of("memory", "kept").filter(|r| r.mesh == CHARACTER).filter_map(|r| r.entry(OURS)?.value).collect();
     let peak = of("memory", "peak").filter_map(|r| Some(r.entry(OURS)?.value? / r.entry(FLOOR)?.value?)).collect();
     let creases = |what: &str| variation(of_creases(records, what));
-    let threads = records.iter().filter(|r| r.section == "threads" && !r.what.contains("Osd")).filter_map(two_threads);
+    let (ours, others): (Vec<&Record>, Vec<&Record>) =
+        of("threads", "").filter(|r| !r.what.contains("Osd")).partition(|r| !r.what.contains(ARITHMETIC));
+    let [threads, ceiling] = [ours, others].map(|records| records.into_iter().filter_map(two_threads));
     vec![
         at_least(
             "build, beside OpenSubdiv's adaptive set-up (isolation 6 on the Car, else 4)",
             50.0,
-            of("build", "").filter_map(|r| ratio(r, far_of_build(r))).collect(),
+            of("build", "").filter_map(|r| Beside::of(r, far_of_build(r))).collect(),
         ),
         at_least("… beside Bfr's initialisation of all faces, without its cache", 10.0, ratios("build", "", BFR)),
         at_most("bytes a face of the character's table", 200.0, bytes, ""),
@@ -67,16 +96,42 @@ pub fn outcomes(records: &[Record]) -> Vec<Outcome> {
         at_most("creases of sharpness 1 to 10: most by least time to build", 1.15, creases("build"), ""),
         at_most("… memory", 1.15, creases("memory"), ""),
         at_most("… time of a frame", 1.15, creases("frame"), ""),
-        at_least("two threads by one", 1.8, threads.collect()),
+        at_least("two threads by one", 1.8, threads.map(Beside::alone).collect()),
+        at_least("… of arithmetic that shares nothing", 1.8, ceiling.map(Beside::alone).collect()),
     ]
 }
 
-fn at_least(goal: &'static str, bound: f64, values: Vec<f64>) -> Outcome {
-    let reached = values.iter().filter(|&&x| x >= bound).count();
+/// What the time on two threads of work that shares nothing is called.
+pub const ARITHMETIC: &str = "arithmetic alone";
+
+/// A rival's time by ours, and by that of writing the output.
+#[derive(Clone, Copy)]
+struct Beside {
+    ours: f64,
+    floor: Option<f64>,
+}
+
+impl Beside {
+    fn of(record: &Record, rival: &str) -> Option<Self> {
+        let ours = ratio(record, rival)?;
+        Some(Self { ours, floor: ratio(record, FLOOR).map(|floor| ours / floor) })
+    }
+
+    fn alone(ours: f64) -> Self {
+        Self { ours, floor: None }
+    }
+}
+
+fn at_least(goal: &'static str, bound: f64, values: Vec<Beside>) -> Outcome {
+    let told = |values: Vec<f64>| {
+        let reached = values.iter().filter(|&&x| x >= bound).count();
+        range(&values).map(|r| (r, [reached, values.len()]))
+    };
     Outcome {
         goal,
         wanted: format!("≥ {bound}×"),
-        measured: range(&values).map(|r| (r, [reached, values.len()])),
+        measured: told(values.iter().map(|beside| beside.ours).collect()),
+        floor: told(values.iter().filter_map(|beside| beside.floor).collect()),
         unit: "×",
     }
 }
@@ -87,6 +142,7 @@ fn at_most(goal: &'static str, bound: f64, values: Vec<f64>, unit: &'static str)
         goal,
         wanted: format!("≤ {bound}{unit}"),
         measured: range(&values).map(|r| (r, [reached, values.len()])),
+        floor: None,
         unit,
     }
 }
@@ -101,8 +157,8 @@ fn ratio(record: &Record, rival: &str) -> Option<f64> {
 }
 
 /// Far at either isolation.
-fn best_far<'a>(records: impl Iterator<Item = &'a Record>) -> Vec<f64> {
-    records.filter_map(|r| ratio(r, FAR_6).or_else(|| ratio(r, FAR_4))).collect()
+fn best_far<'a>(records: impl Iterator<Item = &'a Record>) -> Vec<Beside> {
+    records.filter_map(|r| Beside::of(r, FAR_6).or_else(|| Beside::of(r, FAR_4))).collect()
 }
 
 fn median(entry: &Entry) -> Option<f64> {
@@ -143,11 +199,31 @@ mod tests {
             what: "level 2, cold".to_string(),
             unit: "vertex".to_string(),
             count: 1.0,
-            entries: vec![Entry { name: FAR.to_string(), ratio: Spread::of(vec![ratio]), ..Entry::default() }],
+            entries: [(FAR, ratio), (FLOOR, 0.5)]
+                .map(|(name, x)| Entry { name: name.to_string(), ratio: Spread::of(vec![x]), ..Entry::default() })
+                .to_vec(),
         };
         let outcomes = outcomes(&[record("a", 20.0), record("b", 30.0)]);
         let refined = outcomes.iter().find(|o| o.goal.starts_with("uniform refinement, cold")).unwrap();
         assert_eq!(refined.measured, Some(([20.0, 30.0], [1, 2])));
+        // Who writes only takes half of our time.
+        assert_eq!(refined.floor, Some(([40.0, 60.0], [2, 2])));
         assert!(outcomes[0].measured.is_none());
+    }
+
+    #[test]
+    fn a_rival_is_ahead_where_it_takes_less_time_and_writing_is_no_rival() {
+        let entry = |name: &str, x| Entry { name: name.to_string(), ratio: Spread::of(vec![x]), ..Entry::default() };
+        let record = |section: &str| Record {
+            section: section.to_string(),
+            mesh: "a".to_string(),
+            what: "b".to_string(),
+            unit: "vertex".to_string(),
+            count: 1.0,
+            entries: vec![entry(FAR, 3.0), entry(KERNELS, 0.5), entry(FLOOR, 0.1)],
+        };
+        let (behind, count) = behind(&[record("refine"), record("memory")]);
+        assert_eq!((behind.len(), count), (1, 2));
+        assert_eq!((behind[0].rival.as_str(), behind[0].ratio), (KERNELS, 0.5));
     }
 }

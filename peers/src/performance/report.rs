@@ -1,6 +1,7 @@
 //! The document: what was measured, on what, how, and whether goals are reached; everything from the records.
 
-use super::goals::{Outcome, outcomes};
+use super::case::CHARACTER;
+use super::goals::{Behind, Outcome, behind, outcomes};
 use super::machine;
 use super::plot;
 use super::record::{Entry, Record, Spread};
@@ -93,6 +94,14 @@ const RIVALS: &str = "\
   (2021), a program of its own. Its twins are linked off the clock, even where all others are cold.
 ";
 
+const GOALS: &str = "
+## Goals
+
+Least to most over meshes, and how many of the measurements reach the goal; then the same of a program that does nothing but
+write the output: the most that anyone could reach on this machine.
+
+";
+
 fn text(records: &[Record], failures: &[String]) -> String {
     let mut text = INTRODUCTION.to_string();
     text += "\n| | |\n|---|---|\n";
@@ -100,9 +109,10 @@ fn text(records: &[Record], failures: &[String]) -> String {
         let _ = writeln!(text, "| {name} | {value} |");
     }
     text += "\n![All in nanoseconds, one dot per mesh and level](figures/performance.svg)\n";
-    text += "\n## Goals\n\nLeast to most over meshes, and how many of the measurements reach the goal.\n\n";
-    text += "| | goal | measured | reached |\n|---|---|---|---|\n";
+    text += GOALS;
+    text += "| | goal | measured | reached | writing alone | would reach |\n|---|---|---|---|---|---|\n";
     outcomes(records).iter().for_each(|o| text += &goal_row(o));
+    text += &rivals_ahead(records);
     for section in &SECTIONS {
         let chosen: Vec<&Record> = records.iter().filter(|r| r.section == section.name).collect();
         if !chosen.is_empty() {
@@ -120,17 +130,35 @@ fn text(records: &[Record], failures: &[String]) -> String {
 }
 
 fn goal_row(outcome: &Outcome) -> String {
-    let Outcome { goal, wanted, measured, unit } = outcome;
-    let Some(([least, most], [reached, all])) = measured else {
-        return format!("| {goal} | {wanted} | not measured | |\n");
+    let Outcome { goal, wanted, measured, floor, unit } = outcome;
+    let Some(measured) = measured else {
+        return format!("| {goal} | {wanted} | not measured | | | |\n");
     };
-    let range = if all == &1 { figure(*least) } else { format!("{} … {}", figure(*least), figure(*most)) };
-    let reached = match (reached, all) {
-        (r, n) if r == n => "yes".to_string(),
-        (0, _) => "no".to_string(),
-        (r, n) => format!("{r} of {n}"),
+    let cells = |([least, most], [reached, all]): &([f64; 2], [usize; 2])| {
+        let range = if all == &1 { figure(*least) } else { format!("{} … {}", figure(*least), figure(*most)) };
+        let reached = match (reached, all) {
+            (r, n) if r == n => "yes".to_string(),
+            (0, _) => "no".to_string(),
+            (r, n) => format!("{r} of {n}"),
+        };
+        format!("{range}{unit} | {reached}")
     };
-    format!("| {goal} | {wanted} | {range}{unit} | {reached} |\n")
+    let floor = floor.as_ref().map_or(" | ".to_string(), cells);
+    format!("| {goal} | {wanted} | {} | {floor} |\n", cells(measured))
+}
+
+/// Where another is faster than we are.
+fn rivals_ahead(records: &[Record]) -> String {
+    let (mut behind, count) = behind(records);
+    if behind.is_empty() {
+        return format!("\nIn none of {count} comparisons is another ahead.\n");
+    }
+    behind.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let mut text = format!("\nIn {} of {count} comparisons another is ahead:\n\n", behind.len());
+    for Behind { what, rival, ratio } in &behind {
+        let _ = writeln!(text, "- {what}: {rival}, {}×", figure(*ratio));
+    }
+    text
 }
 
 fn section_text(section: &Section, records: &[&Record]) -> String {
@@ -150,7 +178,25 @@ fn section_text(section: &Section, records: &[&Record]) -> String {
         let rows: Vec<&Record> = records.iter().filter(|r| r.unit == unit).copied().collect();
         text += &table(unit, &rows);
     }
+    if section.name == "tessellate" {
+        text += &frames(records);
+    }
     text + &spreads(records)
+}
+
+/// How often a second everyone evaluates new positions of the character.
+fn frames(records: &[&Record]) -> String {
+    let animated = records.iter().filter(|r| r.mesh == CHARACTER && r.what.ends_with("normals, warm"));
+    let mut text = String::new();
+    for record in animated {
+        let timed = record.entries.iter().filter(|e| e.name != FLOOR).filter_map(|e| Some((e, e.processor?)));
+        let (names, cells): (Vec<&str>, Vec<String>) =
+            timed.map(|(e, ns)| (e.name.as_str(), figure(1e9 / (ns.median * record.count)))).unzip();
+        let _ = write!(text, "\n| frames per second, one thread | {} |\n|---|", names.join(" | "));
+        text += &"--:|".repeat(names.len());
+        let _ = write!(text, "\n| {}, {} | {} |\n", record.mesh, record.what, cells.join(" | "));
+    }
+    text
 }
 
 /// One row per contest, one column for everyone.

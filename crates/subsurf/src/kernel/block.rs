@@ -262,6 +262,7 @@ const fn three(lanes: usize) -> Three {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::level;
     use crate::real::Real;
     use fearless_simd::dispatch;
 
@@ -271,7 +272,7 @@ mod tests {
             let planes: [[T; LANES]; 3] =
                 std::array::from_fn(|c| std::array::from_fn(|k| T::from_f64((100 * c + k) as f64)));
             let mut out = [[T::default(); 3]; LANES];
-            dispatch!(Level::new(), simd => T::store_xyz(simd, [0, 1, 2].map(|c| T::load(simd, &planes[c])), &mut out));
+            dispatch!(level(), simd => T::store_xyz(simd, [0, 1, 2].map(|c| T::load(simd, &planes[c])), &mut out));
             for (k, out) in out.iter().enumerate() {
                 assert_eq!(*out, [0, 1, 2].map(|c| T::from_f64((100 * c + k) as f64)));
             }

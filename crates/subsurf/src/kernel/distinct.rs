@@ -1,6 +1,7 @@
 //! Whether sixteen numbers are all different: each is compared with those up to half the way round from it, all at once.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, u32x16};
+use super::level;
+use fearless_simd::{Simd, SimdBase, SimdMask, dispatch, u32x16};
 
 /// For all starts of sixteen numbers in `all`, whether these are all different.
 ///
@@ -9,7 +10,7 @@ use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, u32x16};
 pub(crate) fn are_distinct(all: &[u32], starts: &[u32], out: &mut Vec<bool>) {
     out.clear();
     out.resize(starts.len(), false);
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             for (&start, out) in starts.iter().zip(&mut *out) {

@@ -3,9 +3,9 @@
 //!
 //! A lattice of size s holds the points (i, j) with -1 ≤ i, j ≤ s + 1, row by row: those of the square, and one beyond all round.
 
-use super::LANES;
+use super::{LANES, level};
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 
 /// Weights of the new vertices along a row of edges.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -48,7 +48,7 @@ pub(crate) fn refine_lattice<T: Real, const N: usize>(
     to: &mut [Sixteen<T, N>],
 ) {
     let (from, to) = (&from[..lattice_points(size)], &mut to[..lattice_points(2 * size)]);
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             // Small lattices by loops of known length.
@@ -216,7 +216,7 @@ fn apart<T: Real, S: Simd>(simd: S, x: &[T; LANES], from: T::Block<S>) -> T::Blo
 /// Rows of sixteen lanes to lanes of rows: number k of lane l goes to `out[l * rows.len() + k]`. There are whole sixteens of rows.
 pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
     let stride = rows.len();
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             let mut between = [[T::default(); LANES]; LANES];
@@ -243,7 +243,7 @@ pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
 /// multiple of sixteen.
 pub(crate) fn turn_back<T: Real>(from: &[T], out: &mut [[T; LANES]]) {
     let stride = from.len() / LANES;
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             let mut between = [[T::default(); LANES]; LANES];

@@ -1,8 +1,8 @@
 //! Unit normals of a block of samples from their derivatives.
 
-use super::LANES;
+use super::{LANES, level};
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 
 /// Square of the least part of the control points' extent that counts as a derivative, or as the part of one that is
 /// perpendicular to the other: what rounding leaves of a normal is the weights' precision over that part. Larger: more
@@ -58,7 +58,7 @@ pub(crate) fn unit_normals_of<T: Real>(
     extent: &[T; LANES],
     out: &mut [[T; 3]; LANES],
 ) -> u32 {
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             let (unit, unsure) = unit_normals::<T, _>(simd, load::<T, _>(simd, du), load::<T, _>(simd, dv), T::load(simd, extent));

@@ -1,9 +1,9 @@
 //! Points of one face and their normals: weights of many samples times the face's control points.
 
 use super::normal::unit_normals;
-use super::{LANES, block_sums, store};
+use super::{LANES, block_sums, level, store};
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 
 /// Weights of position, and of two derivatives where normals are wanted, over the points of a ring, in blocks:
 /// `blocks[(b * points + p) * orders + order][k]` is the weight of point `p` in sample `LANES * b + k`. What fills up the
@@ -63,7 +63,7 @@ impl<T: Real> SurfaceMatrix<T> {
         out: Samples<'_, T, N>,
     ) -> bool {
         let relative = &mut relative[..self.points];
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 let base = ring.gather(relative);

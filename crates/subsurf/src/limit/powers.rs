@@ -125,9 +125,9 @@ fn horner<T: Real, S: Simd, const R: usize>(simd: S, c: [T::Four<S>; 4], s: T::F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Part, PartLanes};
+    use crate::kernel::{Part, PartLanes, level};
     use crate::limit::bspline::{cubic, tensor};
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::dispatch;
 
     #[test]
     fn powers_give_the_patch_of_the_control_points() {
@@ -138,7 +138,7 @@ mod tests {
             let expected = tensor(&cubic(s), &cubic(t), 6).map(|w| (0..16).map(|k| w[k] * points[k]).sum::<f64>());
             let (s, t) = (s - MIDDLE, t - MIDDLE);
             let by_basis = tensor(&powers(s), &powers(t), 6).map(|w| (0..16).map(|k| w[k] * own[k]).sum::<f64>());
-            let by_vectors: [Part<f64>; 6] = dispatch!(Level::new(), simd => {
+            let by_vectors: [Part<f64>; 6] = dispatch!(level(), simd => {
                 let points = std::array::from_fn(|j| std::array::from_fn(|i| f64::four(simd, parts(4 * j + i))));
                 evaluate::<f64, _, 6>(simd, &coefficients_of::<f64, _>(simd, points), s, t).map(|x| f64::part(simd, x))
             });

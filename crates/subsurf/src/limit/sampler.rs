@@ -6,10 +6,10 @@ use super::batch::Exceptional;
 use super::lanes::{Frame, Panel, Piece, Rows, rows, turns};
 use super::places::Places;
 use super::plan::{Plan, Spot, SubPatch};
-use crate::kernel::{LANES, Lanes, PART, Part, Parts, put, vectorized};
+use crate::kernel::{LANES, Lanes, PART, Part, Parts, level, put, vectorized};
 use crate::real::{Real, round};
 use crate::scheme::SplitKind;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use std::ops::Range;
 
 /// A patch and its samples.
@@ -161,7 +161,7 @@ impl<T: Real> Sampler<T> {
 
     /// Evaluates a lot.
     fn evaluate_pieces<const N: usize, const R: usize>(&self, lot: &Lot<T>, split: SplitKind, out: &mut [[[T; N]; R]]) {
-        dispatch!(Level::new(), simd => simd.vectorize(
+        dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
                 for k in 0..lot.count {
@@ -188,7 +188,7 @@ impl<T: Real> Sampler<T> {
         let (ring, split) = (table.ring(self.patch), table.scheme().split());
         let turn = turns(spot.pose, split);
         plan.with_piece::<T, _>(spot, (u, v, table.turn(self.patch)), |matrix| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for part in 0..N.div_ceil(PART) {
@@ -270,7 +270,7 @@ fn whole<T: Real, V: Real, const N: usize, const R: usize>(
     range: Range<usize>,
     out: &mut [[[T; N]; R]],
 ) {
-    dispatch!(Level::new(), simd => simd.vectorize(
+    dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             for first in (0..N).step_by(PART) {
@@ -318,7 +318,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         let (ring, split) = (self.table.ring(patch), self.table.scheme().split());
         let mut row = [[0.0; N]; R];
         plan.with_piece(spot, (u, v, self.table.turn(patch)), |matrix: &SubPatch<f64>| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for first in (0..N).step_by(PART) {

@@ -29,7 +29,7 @@ use fans::Fans;
 use first_step::FirstStep;
 use layout::Layout;
 use rules::{Creases, RowGrid, rounded};
-use squares::{Squares, flags};
+use squares::{Rings, Squares, flags, is_early};
 use starts::Starts;
 
 /// Sixteen faces at this level take some hundred kilobytes. Deeper, more memory than the level itself has would be needed for fewer
@@ -49,6 +49,7 @@ pub(super) struct Direct {
 struct Deeper {
     depth: u32,
     flags: Vec<u8>,
+    rings: Rings,
     smooth: RowRule<f64>,
     creases: Creases,
     fans: Fans,
@@ -110,7 +111,7 @@ impl Direct {
     /// Heap memory in bytes of what grows with the control mesh.
     pub fn mesh_bytes(&self) -> usize {
         self.first.as_ref().map_or(0, FirstStep::bytes)
-            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.bytes() + deeper.flags.len())
+            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.bytes() + deeper.flags.len() + deeper.rings.bytes())
     }
 
     /// And of what grows with the depth.
@@ -162,13 +163,15 @@ impl Deeper {
         let regions = regions(Counts::of(t), SplitKind::Quads, depth);
         let has_others = !matches!(t.face, FaceOf::Quads);
         let (quad, corner) = (Layout::quad(&regions, depth), has_others.then(|| Layout::corner(&regions, depth)));
-        Self { depth, flags, smooth, creases, fans, has_fans, regions, quad, corner }
+        let rings = Rings::default();
+        Self { depth, flags, rings, smooth, creases, fans, has_fans, regions, quad, corner }
     }
 
     /// The last level from values of the control mesh, and of level 1 where some squares start there.
     fn refine<T: Real, const N: usize>(&self, t: &Topology, levels: [&[[T; N]]; 2], out: &mut [[T; N]]) {
         let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, levels));
-        write_by_faces(t, &self.regions, levels[0], out, || Squares::new(self, t, levels, fans.as_ref()));
+        let rings = self.rings.get(t, |first| is_early(&self.flags, first));
+        write_by_faces(t, &self.regions, levels[0], out, || Squares::new(self, t, levels, fans.as_ref(), rings));
         if let Some(fans) = &fans {
             self.fans.write(fans, out);
         }

@@ -2,10 +2,10 @@
 //! it, and so do the loops that apply weights.
 
 use super::StencilError;
-use crate::kernel::{PART, Part, Parts, put};
+use crate::kernel::{PART, Part, Parts, level, put};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use fearless_simd::{Level, Simd, dispatch, f64x4};
+use fearless_simd::{Simd, dispatch, f64x4};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -49,7 +49,7 @@ impl Csr {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for (i, out) in out.iter_mut().enumerate() {
@@ -71,7 +71,7 @@ impl Csr {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
-            dispatch!(Level::new(), simd => simd.vectorize(
+            dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for &i in rows {

@@ -3,6 +3,7 @@
 
 use super::super::case::Case;
 use super::super::contest::Contest;
+use super::super::goals::ARITHMETIC;
 use super::super::ours;
 use super::super::places::Places;
 use super::super::rivals::uniform::{Stencils, Uniform};
@@ -42,6 +43,8 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         }
         context.run(contest, emit);
     };
+    // What two threads are worth at this time on this machine: others may be using it.
+    contest(ARITHMETIC, "step", ARITHMETIC_STEPS, &|| arithmetic());
     contest("patch table", "face", case.faces(), &|| drop(ours::build(case)));
     contest(&format!("level {level}, cold"), "output vertex", vertices, &|| drop(ours::refine(case, level)));
     contest(&format!("level {level}, warm"), "output vertex", vertices, &|| {
@@ -61,6 +64,16 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         });
     }
     same_bits(case, &pools, level, &tessellator, &refinement)
+}
+
+const ARITHMETIC_STEPS: usize = 1 << 22;
+
+/// Steps that need no memory, in sixty-four equal parts.
+fn arithmetic() {
+    (0..64u64).into_par_iter().for_each(|part| {
+        let steps = 0..ARITHMETIC_STEPS as u64 / 64;
+        std::hint::black_box(steps.fold(part, |x, i| std::hint::black_box(x.wrapping_mul(0x9e37_79b9) ^ i)));
+    });
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -3,12 +3,12 @@
 
 use super::Plan;
 use super::sub_patches::{Blocks, Pose, Spot, SubPatch};
-use crate::kernel::{LANES, Lanes};
+use crate::kernel::{LANES, Lanes, level};
 use crate::limit::box_spline;
 use crate::limit::bspline::{cubic, tensor};
 use crate::limit::powers::{MIDDLE, powers};
 use crate::scheme::SplitKind;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 
 impl<'a> Plan<'a> {
     /// Weights over the ring at a spot, which is that of `at`, for the first `count` entries of
@@ -21,7 +21,7 @@ impl<'a> Plan<'a> {
         self.with_piece(spot, at, |matrix: &SubPatch<f64>| match matrix {
             SubPatch::Weighted(blocks) => {
                 let basis = self.basis(spot, count);
-                dispatch!(Level::new(), simd => simd.vectorize(
+                dispatch!(level(), simd => simd.vectorize(
                     #[inline(always)]
                     || {
                         for (order, row) in out.chunks_exact_mut(ring).enumerate() {

@@ -4,10 +4,12 @@
 
 mod flags;
 mod read;
+mod rings;
 mod write;
 
 pub(super) use flags::flags;
 pub(super) use read::in_quad;
+pub(super) use rings::Rings;
 
 use super::super::parts::{Task, Writer};
 use super::Deeper;
@@ -19,7 +21,8 @@ use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, re
 use crate::real::Real;
 use crate::topology::{FaceOf, NONE, Topology};
 use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags, with_flag};
-use read::{CONTROL_QUAD, CORNER, QUAD, read, round_control_quad, round_corner, round_quad};
+use read::{ControlQuad, Corner, QUAD, Quad, read};
+use rings::Ring;
 use write::{Output, Place, write};
 
 /// One thread's memory.
@@ -29,6 +32,7 @@ pub(super) struct Squares<'a, T, const N: usize> {
     /// Values of the levels where squares start, 0 and 1.
     levels: [&'a [[T; N]]; 2],
     fans: Option<&'a FanValues<T, N>>,
+    rings: Option<&'a [Ring]>,
     memory: Memory<T, N>,
 }
 
@@ -43,6 +47,11 @@ struct Memory<T, const N: usize> {
     corners: Vec<(usize, usize, FanCorner)>,
     /// Edges that squares own.
     owned: Vec<Place>,
+}
+
+/// True where the quad with this first half-edge starts at its control points.
+pub(super) fn is_early(flags: &[u8], first: u32) -> bool {
+    with_flag(all_flags(flags, first), IS_EARLY) == 15
 }
 
 /// Kinds of squares: quads that start at their control points, others, and corners of faces that are no quads.
@@ -159,6 +168,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         t: &'a Topology,
         levels: [&'a [[T; N]]; 2],
         fans: Option<&'a FanValues<T, N>>,
+        rings: Option<&'a [Ring]>,
     ) -> Self {
         let rows = |layout: &Layout| -> Vec<u32> {
             layout.points.iter().flat_map(|&point| (0..N as u32).map(move |c| N as u32 * point + c)).collect()
@@ -177,18 +187,17 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             corners: Vec::new(),
             owned: Vec::new(),
         };
-        Self { deeper, t, levels, fans, memory }
+        Self { deeper, t, levels, fans, rings, memory }
     }
 
     /// Refines the squares of a batch, and empties it.
-    #[expect(clippy::redundant_closure, reason = "a function that is passed is not compiled for the machine's vectors")]
     fn run<const KIND: usize>(&mut self, batch: &mut Batch, out: &mut Output<'_, T, N>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
         }
-        let Self { deeper, t, levels, fans, memory } = self;
-        let (deeper, t, fans, half_edges) = (*deeper, *t, *fans, &batch.half_edges[..count]);
+        let Self { deeper, t, levels, fans, rings, memory } = self;
+        let (deeper, t, fans, rings, half_edges) = (*deeper, *t, *fans, *rings, &batch.half_edges[..count]);
         let layout =
             if KIND != CORNERS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
         let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
@@ -199,55 +208,14 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         if (deeper.depth as usize - start).is_multiple_of(2) {
             std::mem::swap(&mut from, &mut to);
         }
-        let mut size = match KIND {
-            EARLY_QUADS if matches!(t.face, FaceOf::Quads) => {
-                read::<T, N, CONTROL_QUAD>(
-                    t,
-                    level,
-                    half_edges,
-                    turned,
-                    from,
-                    #[inline(always)]
-                    |t, h| round_control_quad::<true>(t, h),
-                );
-                1
+        let mut size = match (KIND, rings) {
+            (EARLY_QUADS, Some(rings)) => read(t, level, half_edges, turned, from, &rings),
+            (EARLY_QUADS, None) if matches!(t.face, FaceOf::Quads) => {
+                read(t, level, half_edges, turned, from, &ControlQuad::<true>)
             }
-            EARLY_QUADS => {
-                read::<T, N, CONTROL_QUAD>(
-                    t,
-                    level,
-                    half_edges,
-                    turned,
-                    from,
-                    #[inline(always)]
-                    |t, h| round_control_quad::<false>(t, h),
-                );
-                1
-            }
-            QUADS => {
-                read::<T, N, QUAD>(
-                    t,
-                    level,
-                    half_edges,
-                    turned,
-                    from,
-                    #[inline(always)]
-                    |t, h| round_quad(t, h),
-                );
-                2
-            }
-            _ => {
-                read::<T, N, CORNER>(
-                    t,
-                    level,
-                    half_edges,
-                    turned,
-                    from,
-                    #[inline(always)]
-                    |t, h| round_corner(t, h),
-                );
-                1
-            }
+            (EARLY_QUADS, None) => read(t, level, half_edges, turned, from, &ControlQuad::<false>),
+            (QUADS, _) => read(t, level, half_edges, turned, from, &Quad),
+            _ => read(t, level, half_edges, turned, from, &Corner),
         };
         corners.clear();
         let mut kinds = [[0; LANES]; 4];
