@@ -246,7 +246,7 @@ impl Compiler<'_> {
             MadeChild { low, high, turn: turn as u8 }
         });
         let children: Vec<MadeChild> = children.collect();
-        let points = Points::new(Step::new(None, points.rows().clone(), Arc::new(rings)));
+        let points = Points::new(Step::new(None, points.rows().clone(), Arc::new(rings.shrunk())));
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
         let parent = if children.iter().any(MadeChild::is_new) {
             Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
@@ -322,7 +322,7 @@ impl Compiler<'_> {
             child(below, c)
         });
         let children = children.collect();
-        (Step::new(None, points.rows().clone(), Arc::new(rings)), children)
+        (Step::new(None, points.rows().clone(), Arc::new(rings.shrunk())), children)
     }
 }
 

@@ -77,7 +77,7 @@ impl FaceMesh {
             };
             rings.push(list.iter().map(row));
         }
-        let smooth = Smooth { rows: Arc::new(points.rows().clone()), vertices, rings: Arc::new(rings) };
+        let smooth = Smooth { rows: Arc::new(points.rows().clone()), vertices, rings: Arc::new(rings.shrunk()) };
         let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), t.vertex_sharpness.clone());
         let (smooth, changed) = (Arc::new(smooth), Vec::new());
         Some(Self { topology: t, own, slots, smooth_edges, smooth_vertices, smooth, changed })

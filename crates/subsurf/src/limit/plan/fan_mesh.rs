@@ -69,7 +69,7 @@ impl FanMesh {
         points.clear(&t, edge_points as usize + t.edge_count());
         fixed.iter().for_each(|&v| _ = points.row(&t, Scheme::CatmullClark, v));
         let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), SharpnessColumn::smooth(t.vertex_count()));
-        let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings));
+        let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings.shrunk()));
         Self { topology: t, own, spokes, beyond, smooth_edges, smooth_vertices, varying, fixed, rings }
     }
 

@@ -48,6 +48,13 @@ impl Rings {
         &self.points[start..self.ends[c] as usize]
     }
 
+    /// The same without room for more.
+    pub fn shrunk(mut self) -> Self {
+        self.points.shrink_to_fit();
+        self.ends.shrink_to_fit();
+        self
+    }
+
     /// The same with other numbers of points.
     pub fn renumbered(&self, number: impl Fn(u32) -> u32) -> Self {
         Self { points: self.points.iter().map(|&p| number(p)).collect(), ends: self.ends.clone() }
