@@ -1,5 +1,7 @@
 //! Which vector instructions the loops run with: those of the machine, or narrower ones on request.
 
+#![expect(clippy::disallowed_methods, reason = "all others ask here")]
+
 use fearless_simd::Level;
 use std::sync::OnceLock;
 
