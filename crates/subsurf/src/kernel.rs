@@ -21,7 +21,7 @@ pub(crate) use distinct::are_distinct;
 pub(crate) use lattice::{RowRule, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, turn_back};
 pub(crate) use normal::unit_normals_of;
 pub use parts::{PART, Part, PartLanes};
-pub(crate) use parts::{Parts, put, put_sixteen, transposed};
+pub(crate) use parts::{Parts, put, put_first, put_sixteen, rounded, transposed};
 pub(crate) use surface::{Ring, Samples, SurfaceMatrix};
 pub(crate) use width::level;
 pub use width::limit_vector_bits;

@@ -10,6 +10,7 @@ mod level_by_level;
 mod limit;
 mod limit_rows;
 mod refined;
+mod sums;
 
 pub use dependents::Dependents;
 pub use limit::{LimitStencilOptions, LimitStencilTable, Orders, Part};
@@ -158,9 +159,10 @@ impl<W: Real> StencilTable<W> {
         self.rows.bytes() + size_of_val(&self.weights[..])
     }
 
-    /// The refined values, one per row, in parallel. Sums are formed in `f64` whatever `T` and `W` are, relative to the
-    /// row's first control point, so that constants come out exactly and rounded weights cost nothing far from the
-    /// origin.
+    /// The refined values, one per row, in parallel. Sums are formed in the wider of `T` and `W`, relative to the row's first
+    /// control point, so that constants come out exactly and rounded weights cost nothing far from the origin: in `f32` a row
+    /// of n terms is right to n + 4 half units in the last place of how far its control points lie apart, and one of the
+    /// result.
     ///
     /// # Panics
     /// If `control` has not one value per control point.

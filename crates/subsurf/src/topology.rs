@@ -31,7 +31,7 @@ pub(crate) use cut_out::{Around, Surroundings, Walk};
 pub(crate) use cutter::Cutter;
 pub(crate) use face_of::FaceOf;
 pub(crate) use fan_size::FanSize;
-pub(crate) use raise::{Lowest, excess, lowered};
+pub(crate) use raise::{Lowest, lowered};
 pub(crate) use sharpness_column::SharpnessColumn;
 pub(crate) use splice::{Edits, Piece};
 pub(crate) use tables::Tables;
@@ -314,12 +314,6 @@ impl Topology {
             return &[];
         }
         self.across_seam.get(&v.0).map_or(&[], Vec::as_slice)
-    }
-
-    /// True where `v` lies on a boundary that is kept piecewise linear.
-    pub(crate) fn is_on_linear_boundary(&self, v: Vertex) -> bool {
-        self.interpolation == Interpolation::LinearBoundaries
-            && self.sharp_edges(v).iter().any(|&e| self.edge_flags[e as usize].boundary)
     }
 
     /// Fills `sharp_offset` and `sharp_edges` from the edges' sharpness.

@@ -65,9 +65,10 @@ fn a_table_costs_the_same_at_every_sharpness() {
             let other = size(&at(s), Scheme::CatmullClark);
             assert_eq!(other.nodes, reference.nodes, "{name}, sharpness {s}");
             assert_eq!(other.plans, reference.plans, "{name}, sharpness {s}");
-            // Rows of a fraction have a few terms more than those of a whole number.
+            // Weights of one half cancel where those of another fraction do not. Of all rows only those next to creases are not
+            // shared, so that this is up to a tenth of the whole.
             let [bytes, of] = [other, reference].map(|size| size.plan_bytes as f64);
-            assert!((bytes / of - 1.0).abs() < 0.05, "{name}, sharpness {s}: {bytes} for {of}");
+            assert!((bytes / of - 1.0).abs() < 0.1, "{name}, sharpness {s}: {bytes} for {of}");
         }
     }
 }

@@ -8,7 +8,9 @@ use brute_force::compare::{Worst, check};
 use random_mesh::{for_all, triangle_recipe};
 use std::collections::BTreeSet;
 use subsurf::shapes::Shape;
-use subsurf::{Crease, Creasing, Face, Level, Location, Method, PatchKind, PatchTable, Scheme, Tags, shapes};
+use subsurf::{
+    ControlMesh, Corner, Crease, Creasing, Face, Level, Location, Method, PatchKind, PatchTable, Scheme, Tags, shapes,
+};
 
 fn random_meshes(cases: u32, seed: u64, method: Method) {
     let worst = Worst::default();
@@ -83,6 +85,34 @@ fn the_limit_is_that_of_refinement_on_all_triangle_shapes() {
         check_places(shape, &places, method, &worst);
     }
     worst.print("all triangle shapes");
+}
+
+/// A corner that stays for ten levels draws its neighbours to 4^-10 of their distance in what first derivatives see, before the
+/// vertex becomes smooth: roundings of the corner's own weight must not count there. Found by a random mesh.
+#[test]
+fn first_derivatives_keep_their_digits_where_a_nearly_infinite_corner_ends() {
+    let worst = Worst::default();
+    let faces: [[u32; 3]; 4] = [[1, 2, 0], [1, 0, 3], [3, 2, 1], [2, 3, 0]];
+    for seed in 0..8u32 {
+        let x = |k: u32| f64::from((k + 12 * seed) * 7919 % 1013) / 1013.0 - 0.5;
+        let positions: Vec<[f64; 3]> = (0..4).map(|i| [x(3 * i), x(3 * i + 1), x(3 * i + 2)]).collect();
+        let tags = Tags { corners: vec![Corner { vertex: 3, sharpness: 9.99 }], ..Tags::default() };
+        let mesh = ControlMesh::new(&faces, tags).unwrap();
+        // Vertex 3 is corner 2, 0 and 1 of the faces that it belongs to; at depths below 10, and far below.
+        let near = |d: f64| {
+            [(1, [0.0, 1.0 - d]), (1, [d / 3.0, 1.0 - d]), (2, [0.0, d]), (2, [d / 3.0, d / 2.0]), (3, [1.0 - d, 0.0])]
+        };
+        let at: Vec<Location> = [3.09e-10, 1e-4, 3e-6, 2e-8, 1e-14]
+            .into_iter()
+            .flat_map(near)
+            .map(|(f, [u, v])| Location { face: Face::new(f), subface: 0, u, v })
+            .collect();
+        for method in [Method::Deflated, Method::Eigenbasis] {
+            check(&mesh, Scheme::Loop, &positions, &at, method, &worst)
+                .unwrap_or_else(|e| panic!("{positions:?}: {e}"));
+        }
+    }
+    worst.print("corners that end");
 }
 
 /// A line of crease edges through a triangle grid: first vertex, steps in x and y, number of edges, sharpness.

@@ -268,6 +268,34 @@ fn single_precision_is_double_precision_rounded() {
     });
 }
 
+/// Half a unit in the last place of 1 in `f32`.
+const HALF_UNIT: f64 = 1.0 / (1 << 24) as f64;
+
+#[test]
+fn sums_in_single_precision_lose_what_a_row_is_wide_and_nothing_far_from_the_origin() {
+    everywhere(20, 23, |mesh, points, scheme| {
+        let level = Level::new(mesh, scheme).unwrap();
+        let (exact, table) =
+            (StencilTable::<f64>::new(&level, 2).unwrap(), StencilTable::<f32>::new(&level, 2).unwrap());
+        for away in [0.0, 1000.0] {
+            let single: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| (x + away) as f32)).collect();
+            let double: Points = single.iter().map(|p| p.map(f64::from)).collect();
+            for (row, (a, b)) in exact.apply(&double).iter().zip(table.apply(&single)).enumerate() {
+                let indices = table.row(row).0;
+                let first = double[indices[0] as usize];
+                let width = indices.iter().map(|&p| apart(double[p as usize], first)).fold(0.0, f64::max);
+                let error = apart(*a, b.map(f64::from));
+                // Of a term: its weight, its difference and their product; then the sum of all, of which one is zero. Weights
+                // sum to one. A result lies within one width of the first point.
+                let bound = HALF_UNIT * ((indices.len() + 4) as f64 * width + size(*a));
+                require(error <= bound, || format!("row {row}, {away} away: off by {error:.1e} of {bound:.1e}"))?;
+            }
+        }
+        let constant = vec![[0.1f32, -7.3, 1e9]; points.len()];
+        require(table.apply(&constant).iter().all(|p| *p == constant[0]), || "a constant changes".to_owned())
+    });
+}
+
 #[test]
 fn tables_and_values_have_the_same_bits_on_any_number_of_threads() {
     let shape = shapes::grid(60, 50);

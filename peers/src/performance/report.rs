@@ -156,7 +156,8 @@ fn rivals_ahead(records: &[Record]) -> String {
     behind.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
     let mut text = format!("\nIn {} of {count} comparisons another is ahead:\n\n", behind.len());
     for Behind { what, rival, ratio } in &behind {
-        let _ = writeln!(text, "- {what}: {rival}, {}×", figure(*ratio));
+        let remark = if rival == HALF_EDGE && what.ends_with("cold") { ", its twins linked off the clock" } else { "" };
+        let _ = writeln!(text, "- {what}: {rival}, {}×{remark}", figure(*ratio));
     }
     text
 }

@@ -16,7 +16,11 @@ pub type Part<T> = [T; PART];
 pub trait PartLanes: Lanes {
     /// A part: one number per component.
     type Four<S: Simd>: Copy;
+    /// The wider of two precisions.
+    type Wider<O: Real>: Real;
 
+    /// A part in this precision, which `T` fits into or is rounded to.
+    fn converted<T: Real, S: Simd>(simd: S, part: Part<T>) -> Self::Four<S>;
     fn four<S: Simd>(simd: S, part: Part<Self>) -> Self::Four<S>;
     fn part<S: Simd>(simd: S, x: Self::Four<S>) -> Part<Self>;
     fn four_times<S: Simd>(simd: S, a: Self::Four<S>, b: Self::Four<S>) -> Self::Four<S>;
@@ -30,6 +34,12 @@ pub trait PartLanes: Lanes {
 
 impl PartLanes for f32 {
     type Four<S: Simd> = f32x4<S>;
+    type Wider<O: Real> = O;
+
+    #[inline(always)]
+    fn converted<T: Real, S: Simd>(simd: S, part: Part<T>) -> f32x4<S> {
+        f32x4::simd_from(simd, rounded(part))
+    }
 
     #[inline(always)]
     fn four<S: Simd>(simd: S, part: Part<Self>) -> f32x4<S> {
@@ -71,6 +81,12 @@ impl PartLanes for f32 {
 
 impl PartLanes for f64 {
     type Four<S: Simd> = f64x4<S>;
+    type Wider<O: Real> = f64;
+
+    #[inline(always)]
+    fn converted<T: Real, S: Simd>(simd: S, part: Part<T>) -> f64x4<S> {
+        T::wide(simd, part)
+    }
 
     #[inline(always)]
     fn four<S: Simd>(simd: S, part: Part<Self>) -> f64x4<S> {
@@ -151,11 +167,7 @@ impl<'a, V: Real, const N: usize> Parts<'a, V, N> {
     /// The part of value `number`, in another precision.
     #[inline(always)]
     pub fn rounded<T: Real>(&self, number: usize) -> Part<T> {
-        let (from, mut part) = (self.at(number), [T::default(); PART]);
-        for c in 0..PART {
-            part[c] = T::from_f64(from[c].to_f64());
-        }
-        part
+        rounded(self.at(number))
     }
 
     #[inline(always)]
@@ -170,10 +182,26 @@ impl<'a, V: Real, const N: usize> Parts<'a, V, N> {
     }
 }
 
+/// A part in another precision.
+#[inline(always)]
+pub(crate) fn rounded<V: Real, T: Real>(from: Part<V>) -> Part<T> {
+    let mut part = [T::default(); PART];
+    for c in 0..PART {
+        part[c] = T::from_f64(from[c].to_f64());
+    }
+    part
+}
+
 /// Writes a part of some values that follow each other, components from number `first` on.
 #[inline(always)]
 pub(crate) fn put<T: Real, const N: usize, const R: usize>(parts: &[Part<T>; R], first: usize, out: &mut [[T; N]; R]) {
-    let flat = out.as_flattened_mut();
+    put_first::<T, N, R>(parts, first, out.as_flattened_mut());
+}
+
+/// [`put`] at the beginning of a longer list, given as its numbers, which is written in order: numbers of the value behind may
+/// be overwritten.
+#[inline(always)]
+pub(crate) fn put_first<T: Real, const N: usize, const R: usize>(parts: &[Part<T>; R], first: usize, flat: &mut [T]) {
     for r in 0..R {
         // Four numbers at once, where the next overwrite what does not belong there.
         if N <= PART

@@ -5,7 +5,7 @@ use super::rows::{Combination, extrapolate};
 use crate::index::{Edge, HalfEdge};
 use crate::scheme::SplitKind;
 use crate::tags::INFINITE_SHARPNESS;
-use crate::topology::Topology;
+use crate::topology::{Tables, Topology};
 
 /// How a vertex behaves for ever, once finite sharpness has decayed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -67,10 +67,10 @@ pub(crate) fn has_finite_sharpness(t: &Topology, h: HalfEdge) -> bool {
 }
 
 /// The corner at the origin of `h`, together with the half-edge along `e_0`. Finite sharpness counts as infinite.
-pub(crate) fn corner(t: &Topology, h: HalfEdge, split: SplitKind) -> (Corner, HalfEdge) {
+pub(crate) fn corner(t: &impl Tables, h: HalfEdge, split: SplitKind) -> (Corner, HalfEdge) {
     let v = t.origin(h);
     let sharp = |e: Edge| t.edge_sharpness(e) > 0.0;
-    let sharp_count = t.sharp_edges(v).len() + t.foreign_sharpness(v).len();
+    let sharp_count = t.sharp_edges(v).count() + t.foreign_sharpness(v).len();
     let pinned = t.vertex_sharpness(v) >= INFINITE_SHARPNESS || sharp_count > 2 || t.is_on_linear_boundary(v);
     // Clockwise to the sector's first spoke, or once round.
     let (mut start, mut i) = (h, 0);
@@ -98,14 +98,14 @@ pub(crate) fn corner(t: &Topology, h: HalfEdge, split: SplitKind) -> (Corner, Ha
 }
 
 /// A vertex itself.
-fn at(t: &Topology, h: HalfEdge) -> Combination {
+fn at(t: &impl Tables, h: HalfEdge) -> Combination {
     vec![(t.origin(h).0, 1.0)]
 }
 
 /// The 4×4 points round the quad whose first corner is at the origin of `h`, in the order of
 /// [`bspline`](super::bspline). Infinitely sharp sides are extrapolated, which commutes with refinement exactly.
 /// With `special`, corner 0 may be anything, and the point diagonal to it is left out.
-pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<Combination>; 16] {
+pub(crate) fn grid_points(t: &impl Tables, h: HalfEdge, special: bool) -> [Option<Combination>; 16] {
     const INNER: [usize; 4] = [5, 6, 10, 9];
     const OUTER: [[usize; 2]; 4] = [[1, 2], [7, 11], [14, 13], [8, 4]];
     const DIAGONAL: [usize; 4] = [0, 3, 15, 12];
@@ -113,7 +113,7 @@ pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<C
         let (h1, h3) = (t.next(h), t.prev(h));
         [h, h1, t.next(h1), h3]
     };
-    let across = side.map(|s| t.twin(s).filter(|_| !t.is_infinitely_sharp(t.edge(s))));
+    let across = side.map(|s| t.twin(s).filter(|_| t.edge_sharpness(t.edge(s)) < INFINITE_SHARPNESS));
     let mut grid: [Option<Combination>; 16] = Default::default();
     for j in 0..4 {
         grid[INNER[j]] = Some(at(t, side[j]));
@@ -149,7 +149,7 @@ pub(crate) fn grid_points(t: &Topology, h: HalfEdge, special: bool) -> [Option<C
 
 /// The vertex at the start of `h` and its neighbours, counter-clockwise from `e_0`: in quads the far ends of spokes and the
 /// corners opposite in turn, in triangles the far ends alone.
-pub(crate) fn ring_points(t: &Topology, h: HalfEdge, split: SplitKind) -> Vec<Combination> {
+pub(crate) fn ring_points(t: &impl Tables, h: HalfEdge, split: SplitKind) -> Vec<Combination> {
     let (corner, start) = corner(t, h, split);
     let mut points = vec![at(t, h)];
     let mut spoke = start;
@@ -178,10 +178,10 @@ pub(crate) fn ring_points(t: &Topology, h: HalfEdge, split: SplitKind) -> Vec<Co
 ///                       |        |       |
 ///      v=-1          e_{i-1}--f_{i-1}--(2,-1)
 /// ```
-pub(crate) fn special_points(t: &Topology, h: HalfEdge) -> Vec<Combination> {
+pub(crate) fn special_points(t: &impl Tables, h: HalfEdge) -> Vec<Combination> {
     let mut points = ring_points(t, h, SplitKind::Quads);
     let mut grid = grid_points(t, h, true);
-    let [sharp_u, sharp_v] = [h, t.prev(h)].map(|s| t.is_infinitely_sharp(t.edge(s)));
+    let [sharp_u, sharp_v] = [h, t.prev(h)].map(|s| t.edge_sharpness(t.edge(s)) >= INFINITE_SHARPNESS);
     let outer = [(3, !sharp_u), (7, true), (11, true), (15, true), (14, true), (13, true), (12, !sharp_v)];
     points.extend(outer.iter().filter(|o| o.1).map(|o| grid[o.0].take().expect("every outer point exists")));
     points

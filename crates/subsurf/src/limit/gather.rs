@@ -9,14 +9,13 @@ mod survey;
 
 use super::fan_class::FanClasses;
 use super::fans::Fans;
-use super::plan_key::{Key, Keys, canonical_corner};
+use super::plan_key::{Keys, Names, walk_plan};
 use super::smooth_ring::{self, Valences};
 use crate::index::Face;
 use crate::kernel::are_distinct;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{FanSize, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
-use std::collections::hash_map::Entry;
 use std::ops::Range;
 use survey::{Found, Shared, Smooth, Survey};
 
@@ -40,11 +39,18 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face.
+    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face;
+    /// `names` shorten keys.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
-    pub fn new(t: &Topology, sizes: Vec<FanSize>, whole: usize, face_patch: &[u32]) -> Result<Self, MeshError> {
+    pub fn new(
+        t: &Topology,
+        sizes: Vec<FanSize>,
+        whole: usize,
+        face_patch: &[u32],
+        names: &mut Names,
+    ) -> Result<Self, MeshError> {
         let fans = Fans::new(t, sizes);
         let patches = face_patch[t.face_count()] as usize;
         let classes = FanClasses::new(t, &fans);
@@ -55,7 +61,7 @@ impl Gathered {
         let sizes: Vec<Size> = surveys.iter().map(|survey| survey.size).collect();
         let size: Size = sizes.iter().copied().sum();
         size.check(patches)?;
-        let shared = Shared::new(t, whole, surveys);
+        let shared = Shared::new(t, whole, surveys, names);
 
         let (mut patch_plan, mut patch_turn) =
             (subsurf_memory::with_capacity(patches), subsurf_memory::zeroed(patches));
@@ -75,19 +81,20 @@ impl Gathered {
         };
         let mut met: Vec<Met> = chunks.par_iter_mut().enumerate().map_init(Scratch::default, gather).collect();
 
-        let (mut representatives, mut known) = (Vec::new(), Keys::default());
-        let common = shared.plans.len() as u32;
-        let number_all = |keys: Vec<(Key, Start)>, known: &mut Keys, representatives: &mut Vec<Start>| -> Vec<u32> {
-            keys.into_iter().map(|(key, place)| number(key, place, known, representatives)).collect()
-        };
-        let shared = number_all(shared.plans, &mut known, &mut representatives);
+        let (mut representatives, mut known) = (shared.starts, shared.plans);
+        let common = known.len() as u32;
         let mut end = size.direct;
         let chunks: Vec<_> = chunks.into_iter().map(|chunk| (chunk.plan, chunk.start)).collect();
         ring.resize(size.direct + met.iter().map(|chunk| chunk.ring.len()).sum::<usize>(), 0);
         let mut others = &mut ring[size.direct..];
         let mut rest = Vec::with_capacity(met.len());
         for chunk in &mut met {
-            let plans = number_all(std::mem::take(&mut chunk.keys), &mut known, &mut representatives);
+            let number = |(key, &start)| {
+                let (plan, is_new) = known.insert(names.plan_key(key));
+                representatives.extend(is_new.then_some(start));
+                plan
+            };
+            let plans: Vec<u32> = chunk.known.since(0).zip(&chunk.starts).map(number).collect();
             let (own, more) = others.split_at_mut(chunk.ring.len());
             rest.push((end, plans, own));
             others = more;
@@ -97,24 +104,15 @@ impl Gathered {
             return Err(MeshError::TooLarge { what: "control points in rings", count: end, limit: MAX_COUNT });
         }
         chunks.into_par_iter().zip(met).zip(rest).for_each(|(((plan, start), met), (base, plans, others))| {
-            let of = |plan: u32| if plan < common { shared[plan as usize] } else { plans[(plan - common) as usize] };
-            plan.iter_mut().filter(|plan| **plan != NONE).for_each(|plan| *plan = of(*plan));
+            if !plans.is_empty() {
+                let is_own = |plan: &&mut u32| **plan != NONE && **plan >= common;
+                plan.iter_mut().filter(is_own).for_each(|plan| *plan = plans[(*plan - common) as usize]);
+            }
             met.walked.iter().for_each(|&patch| start[patch as usize] += base as u32);
             others.copy_from_slice(&met.ring);
         });
         ring.shrink_to_fit();
         Ok(Self { patch_plan, patch_turn, ring_start, ring, representatives, known })
-    }
-}
-
-fn number(key: Key, place: Start, known: &mut Keys, representatives: &mut Vec<Start>) -> u32 {
-    let next = known.len() as u32;
-    match known.entry(key) {
-        Entry::Occupied(plan) => *plan.get(),
-        Entry::Vacant(empty) => {
-            representatives.push(place);
-            *empty.insert(next)
-        }
     }
 }
 
@@ -233,9 +231,9 @@ struct SmoothQuads {
 
 /// What a chunk needs beyond its part of the tables, plans numbered within the chunk behind those that are shared.
 struct Met {
-    /// Distinct keys in order of appearance, each with the face that it was first met at, and their numbers.
-    keys: Vec<(Key, Start)>,
+    /// Distinct keys in order of appearance, and the places that they were first met at.
     known: Keys,
+    starts: Vec<Start>,
     first: u32,
     /// Patches whose rings are not read directly, and these rings.
     walked: Vec<u32>,
@@ -253,7 +251,7 @@ impl Chunk<'_, '_> {
         scratch: &mut Scratch,
     ) -> Met {
         let first = shared.plans.len() as u32;
-        let mut met = Met { keys: Vec::new(), known: Keys::default(), first, walked: Vec::new(), ring: Vec::new() };
+        let mut met = Met { known: Keys::default(), starts: Vec::new(), first, walked: Vec::new(), ring: Vec::new() };
         self.read_rings(t, whole, valence, shared, &mut scratch.smooth);
         let regular = shared.smooth.get(&[4; 4]).map_or(NONE, |smooth| smooth.plan);
         let (mut patch, mut rings) = (0, 0);
@@ -293,10 +291,7 @@ impl Chunk<'_, '_> {
                 let read = found.and_then(|found| shared.read(t, face, found, &mut scratch.ring));
                 let (plan, start) = match read {
                     Some(read) => read,
-                    None => {
-                        let start = if sides == whole { canonical_corner(t, face) } else { subface };
-                        (met.walk(t, face, start, scratch), start)
-                    }
+                    None => met.walk(t, face, (sides != whole).then_some(subface), scratch),
                 };
                 met.walked.push(patch as u32);
                 self.plan[patch] = plan;
@@ -337,24 +332,24 @@ impl Chunk<'_, '_> {
 }
 
 impl Met {
-    /// Walks round a face from corner `start`, and finds or makes the plan's number; the ring is left in `scratch`.
-    fn walk(&mut self, t: &Topology, face: Face, start: usize, scratch: &mut Scratch) -> u32 {
-        let around = &mut scratch.around;
-        t.surroundings(face, start, &mut scratch.walk, around);
-        scratch.ring.clone_from(&around.ring);
-        self.known.get(&around.key[..]).copied().unwrap_or_else(|| {
-            let plan = self.first + self.keys.len() as u32;
-            self.keys.push((around.key.clone().into(), (face.0, start as u32)));
-            self.known.insert(around.key.clone().into(), plan);
-            plan
-        })
+    /// Walks round a face, a sub-face from corner `start`, and finds or makes the plan's number; the ring is left in `scratch`. The
+    /// corner comes back too.
+    fn walk(&mut self, t: &Topology, face: Face, start: Option<usize>, scratch: &mut Scratch) -> (u32, usize) {
+        let Scratch { walk, around, ring, .. } = scratch;
+        let start = walk_plan(t, face, start, walk, around);
+        ring.clone_from(&around.ring);
+        let (plan, is_new) = self.known.insert(&around.key);
+        self.starts.extend(is_new.then_some((face.0, start as u32)));
+        (self.first + plan, start)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limit::plan::may_have_fans;
     use crate::mesh::ControlMesh;
+    use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tags::{Crease, Tags};
 
@@ -383,15 +378,17 @@ mod tests {
             let patches = |f: usize| if t.sides(Face::new(f)) == 4 { 1 } else { t.sides(Face::new(f)) as u32 };
             let mut face_patch = vec![0];
             (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
-            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch).unwrap();
+            let mut names = Names::new(may_have_fans(&t, Scheme::CatmullClark));
+            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch, &mut names).unwrap();
             for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
                 let first = face_patch[face.index()] as usize;
                 for subface in 0..patches(face.index()) as usize {
                     let patch = first + subface;
                     let turn = usize::from(gathered.patch_turn[patch]);
                     let start = if t.sides(face) == 4 { turn } else { subface };
-                    t.surroundings(face, start, &mut walk, &mut around);
-                    assert_eq!(gathered.patch_plan[patch], gathered.known[&around.key[..]], "{face} {subface}");
+                    walk_plan(&t, face, Some(start), &mut walk, &mut around);
+                    let plan = names.plan(&gathered.known, &around.key);
+                    assert_eq!(Some(gathered.patch_plan[patch]), plan, "{face} {subface}");
                     let ring = gathered.ring_start[patch] as usize;
                     assert_eq!(gathered.ring[ring..ring + around.ring.len()], around.ring, "{face} {subface}");
                 }

@@ -9,10 +9,10 @@ use super::triangle_points;
 use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mask::{Mask, edge_mask, vertex_mask};
 use crate::mesh::ControlMesh;
-use crate::refine::Level;
+use crate::refine::{Level, NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::{Boundary, Corner as CornerTag, Crease, INFINITE_SHARPNESS, Rules, Tags};
-use crate::topology::Topology;
+use crate::topology::{Tables, Topology};
 
 /// `A` and `X_1 X_2 X_3` over the points of [`special_points`].
 #[derive(Clone, Debug)]
@@ -40,10 +40,7 @@ impl LocalStep {
             }
         };
         let t = parent.topology();
-        let canonical = |t: &Topology, h: HalfEdge| {
-            if quads { special_points(t, h) } else { triangle_points::special_points(t, h) }
-        };
-        let order = canonical(t, t.half_edge(Face(own), 0));
+        let order = canonical(t, t.half_edge(Face(own), 0), special.split);
         let points = order.len();
         // Canonical position of every vertex of the mesh.
         let mut position = vec![u32::MAX; t.vertex_count()];
@@ -51,12 +48,14 @@ impl LocalStep {
             let [(v, _)] = point[..] else { unreachable!("the neighbourhood has no extrapolated points") };
             position[v as usize] = k as u32;
         }
-        let child = parent.refine().expect("the neighbourhood is small");
+        let mut half_edges = NextHalfEdges::default();
+        half_edges.list(t, special.split);
+        let child = NextLevel::new(t, special.split, &half_edges);
         let mut refined = RefinedPoints::default();
-        refined.clear(t, child.topology().vertex_count());
-        let mut sum = Accumulator::new(points);
+        refined.clear(t, child.vertex_count());
+        let (mut sum, mut rows) = (Accumulator::new(points), Rows::default());
         let mut step = |children: &[Combination]| {
-            let mut rows = Rows::empty(points);
+            rows.clear(points);
             for child in children {
                 for &(v, w) in child {
                     let row = refined.row(t, scheme, v) as usize;
@@ -68,19 +67,27 @@ impl LocalStep {
                 }
                 rows.push(&mut sum);
             }
-            rows.shrunk()
+            rows.clone()
         };
         // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
-        let first = |c: u32| child.topology().half_edge(Face(4 * own + c), 0);
-        let a = step(&canonical(child.topology(), first(0)));
+        let first = |c: u32| child.half_edge(Face(4 * own + c), 0);
+        let a = step(&canonical(&child, first(0), special.split));
         let x = [1, 2, 3].map(|c| {
             if quads {
-                step(&grid_points(child.topology(), first(c), false).map(|p| p.expect("a full grid")))
+                step(&grid_points(&child, first(c), false).map(|p| p.expect("a full grid")))
             } else {
-                step(&triangle_points::patch_points(child.topology(), first(c)))
+                step(&triangle_points::patch_points(&child, first(c)))
             }
         });
         Self { points, ring, a, x }
+    }
+}
+
+/// The control points of the face at the special vertex where `h` starts.
+fn canonical(t: &impl Tables, h: HalfEdge, split: SplitKind) -> Vec<Combination> {
+    match split {
+        SplitKind::Quads => special_points(t, h),
+        SplitKind::Triangles => triangle_points::special_points(t, h),
     }
 }
 

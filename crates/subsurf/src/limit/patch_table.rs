@@ -4,7 +4,7 @@
 
 use super::gather::Gathered;
 pub(super) use super::gather::Start;
-use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices};
+use super::plan::{Numbers, PatchKind, Plan, Plans, SpecialVertices, may_have_fans};
 use super::plan_key::Keys;
 use super::special::Method;
 use crate::index::{Face, HalfEdge};
@@ -39,15 +39,6 @@ pub struct PatchTable {
 pub(crate) struct Known {
     plans: Keys,
     nodes: Numbers,
-}
-
-/// The keys of plans by their numbers.
-fn in_order(keys: &Keys) -> Vec<&[u32]> {
-    let mut out: Vec<&[u32]> = vec![&[]; keys.len()];
-    for (key, &plan) in keys {
-        out[plan as usize] = key;
-    }
-    out
 }
 
 /// Figures about a table.
@@ -134,11 +125,11 @@ impl PatchTable {
         }
         let specials = SpecialVertices::new(method);
         let fan_sizes = std::mem::take(&mut topology.fan_sizes);
-        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch)?;
+        let mut nodes = Numbers::new(may_have_fans(&topology, scheme));
+        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch, nodes.names())?;
         let mut plans = Plans::empty(scheme);
-        let mut nodes = Numbers::default();
-        let keys = in_order(&gathered.known);
-        plans.add(&topology, &gathered.representatives, &keys, scheme, &specials, &mut nodes);
+        let (known, starts) = (gathered.known, gathered.representatives);
+        plans.add(&topology, known.since(0).zip(starts), scheme, &specials, &mut nodes);
         let table = Self {
             topology,
             scheme,
@@ -151,7 +142,7 @@ impl PatchTable {
             plans,
             specials,
         };
-        Ok((table, Known { plans: gathered.known, nodes }))
+        Ok((table, Known { plans: known, nodes }))
     }
 
     /// The surface of this table with these control points, one row per vertex of the mesh.

@@ -13,6 +13,7 @@
 //! of sharpness 9.5 has the nodes that one of sharpness 2.5 has: where a raise is left, the node leads back to itself.
 
 mod compile;
+mod face_mesh;
 mod fan;
 mod fan_mesh;
 mod grid;
@@ -20,12 +21,15 @@ mod grid_weights;
 mod leaf;
 mod leaf_basis;
 mod place_weights;
+mod points;
 mod refined_points;
 mod sub_patches;
 mod template;
 
 pub(super) use compile::Numbers;
+pub(super) use fan::may_have_fans;
 pub(crate) use grid_weights::{GridMaker, GridScratch};
+use points::Points;
 pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
@@ -62,8 +66,7 @@ impl SpecialVertices {
         // All faces at a dart take what depends on the valence alone from the first one, whoever comes first.
         let is_other_at_dart = corner.kind == Kind::Dart && corner.i > 0;
         let first = is_other_at_dart.then(|| self.get(Corner { i: 0, ..corner }));
-        let even = first.and_then(|first| first.even_mode().cloned());
-        let new = Arc::new(SpecialVertex::new(corner, self.method, even));
+        let new = Arc::new(SpecialVertex::new(corner, self.method, first.as_deref()));
         self.lock().entry(corner).or_insert(new).clone()
     }
 
@@ -114,38 +117,36 @@ struct Node {
 
 enum Body {
     Leaf(Leaf),
-    Split(Box<Split>),
+    Split(Split),
 }
 
 /// One step of refinement.
 struct Split {
     /// The refined points that some child needs, over those of the node.
     points: Points,
-    /// All four, or of a face that is no quad the sub-face at the first corner, which has the same parameters.
-    children: Vec<Child>,
+    children: [Child; 4],
+    /// All four, or of a face that is no quad one: the sub-face at the first corner, which has the same parameters.
+    count: u8,
     /// What ends the way along a boundary that is kept linear.
-    ends: Option<LinearEnds>,
+    ends: Option<Box<LinearEnds>>,
 }
 
+#[derive(Clone, Copy)]
 struct Child {
-    /// Where to go from the node as it is, and from the node raised by 1. Every further raise is passed on.
-    links: [Link; 2],
+    /// Where to go from the node as it is, and from the node raised by 1. Every further raise is passed on. Nodes and raises are
+    /// kept apart, so that they take less room.
+    nodes: [u32; 2],
+    raises: [u8; 2],
     /// Which corner of the child is the node's corner 0.
     turn: u8,
-    /// The child's control points among the refined points.
-    ring: Arc<[u32]>,
-}
-
-/// Rows of refined points; nodes share the first of them, or all.
-struct Points {
-    shared: Option<Arc<Rows>>,
-    own: Arc<Rows>,
+    /// Which of the children it is.
+    number: u8,
 }
 
 struct Leaf {
     shape: LeafShape,
     /// The leaf's control points over the node's, the creases' bends last.
-    points: Rows,
+    points: Arc<Rows>,
     /// Number of points without bends.
     patch_points: usize,
     /// Semi-sharp creases under Loop, which the shape takes for infinitely sharp.
@@ -190,21 +191,17 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
-        // What nodes share is counted once, with its two counts of references.
-        const COUNTS: usize = 2 * size_of::<usize>();
+        // What nodes share is counted once.
         let mut met = HashSet::new();
         let mut once = |of: *const u8, bytes: usize| if met.insert(of) { bytes } else { 0 };
         let body = |node: &Node| match &node.body {
-            Body::Leaf(leaf) => leaf.points.bytes() + size_of_val(&leaf.creases[..]),
+            Body::Leaf(leaf) => {
+                let points = size_of::<Rows>() + leaf.points.bytes();
+                once(Arc::as_ptr(&leaf.points).cast(), points) + size_of_val(&leaf.creases[..])
+            }
             Body::Split(split) => {
-                let ends = split.ends.as_ref().map_or(0, LinearEnds::bytes);
-                let rows = |r: &Arc<Rows>| (Arc::as_ptr(r).cast(), COUNTS + size_of::<Rows>() + r.bytes());
-                let points = split.points.shared.iter().chain([&split.points.own]);
-                let points: usize = points.map(rows).map(|(of, bytes)| once(of, bytes)).sum();
-                let rings = split.children.iter();
-                let rings = rings.map(|c| once(c.ring.as_ptr().cast(), COUNTS + size_of_val(&c.ring[..])));
-                let children = size_of_val(&split.children[..]) + rings.sum::<usize>();
-                size_of::<Split>() + points + children + ends
+                let ends = split.ends.as_ref().map_or(0, |ends| size_of::<LinearEnds>() + ends.bytes());
+                split.points.bytes(&mut once) + ends
             }
         };
         let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
@@ -230,6 +227,18 @@ impl Place {
     #[inline]
     fn turned(self, split: SplitKind, turn: u8) -> (f64, f64) {
         turned(split, self.u, self.v, turn)
+    }
+
+    /// The corner of the plan that is nearest, and its number in the ring.
+    fn nearest_corner(self, split: SplitKind) -> usize {
+        let (a, b) = self.turned(split, self.turn);
+        match (split, a >= 0.5, b >= 0.5) {
+            (_, false, false) => 0,
+            (_, true, false) | (SplitKind::Triangles, true, true) => 1,
+            (SplitKind::Quads, true, true) => 2,
+            (SplitKind::Triangles, false, true) => 2,
+            (SplitKind::Quads, false, true) => 3,
+        }
     }
 
     /// The child that holds the place, and the place in it: parameters keep the face's orientation.
@@ -316,7 +325,7 @@ impl<'a> Plan<'a> {
                     return (End::Boundary(weights), at, node);
                 }
             }
-            let child = match &split.children[..] {
+            let child = match split.children() {
                 [only] => only,
                 children => {
                     let (child, below) = at.descend(kind);
@@ -361,11 +370,15 @@ impl<'a> Plan<'a> {
         };
         let is_long = way.len() > LONG;
         for (ring, split, child) in way.into_iter().rev() {
-            weights = through(weights, ring, count, |row, out| split.points.left_multiply_some(row, &child.ring, out));
+            weights =
+                through(weights, ring, count, |row, out| split.points.left_multiply_some(row, split.ring(child), out));
             if is_long {
                 weights.rows[1..count].iter_mut().for_each(|row| clear_sum(row));
             }
         }
+        let corner = Place { u, v, turn, depth: 0, raise: 0, speed: 1.0 }.nearest_corner(self.plans.split);
+        let planes = weights.at_vertex.iter_mut().filter_map(|at| at.plane.as_mut()).flatten();
+        weights.rows[1..].iter_mut().chain(planes).for_each(|row| give_excess(row, corner));
         if at.speed != 1.0 {
             for (row, times) in weights.rows.iter_mut().zip([0, 1, 1, 2, 2, 2]).take(count).skip(1) {
                 let factor = at.speed.powi(times);
@@ -383,48 +396,44 @@ impl<'a> Plan<'a> {
     /// The sixteen control points over the ring, where one bicubic patch covers the face.
     pub fn regular_points(self) -> Option<&'a Rows> {
         match &self.root().body {
-            Body::Leaf(leaf) if self.is_regular() && self.plans.split == SplitKind::Quads => Some(&leaf.points),
+            Body::Leaf(leaf) if self.is_regular() && self.plans.split == SplitKind::Quads => Some(&*leaf.points),
             _ => None,
         }
     }
 }
 
-impl Points {
-    fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let (rows, i) = self.of(i);
-        rows.row(i)
+impl Split {
+    fn children(&self) -> &[Child] {
+        &self.children[..usize::from(self.count)]
     }
 
-    fn len(&self) -> usize {
-        self.shared.as_ref().map_or(0, |rows| rows.len()) + self.own.len()
+    /// The control points of a child among the refined points.
+    fn ring(&self, child: &Child) -> &[u32] {
+        self.points.step.rings.get(usize::from(child.number))
     }
+}
 
-    /// Where row `i` is.
-    #[inline]
-    fn of(&self, i: usize) -> (&Rows, usize) {
-        match &self.shared {
-            Some(shared) if i < shared.len() => (shared, i),
-            Some(shared) => (&self.own, i - shared.len()),
-            None => (&self.own, i),
-        }
-    }
-
-    /// `out += left · rows`, a row vector over some of the points from the left.
-    fn left_multiply_some(&self, left: &[f64], rows: &[u32], out: &mut [f64]) {
-        for (&i, &w) in rows.iter().zip(left) {
-            if w != 0.0 {
-                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
-            }
-        }
+impl Link {
+    /// The same node, one step higher.
+    fn raised(self) -> Self {
+        Self { raise: self.raise + 1, ..self }
     }
 }
 
 impl Child {
+    const NONE: Self = Self { nodes: [0; 2], raises: [0; 2], turn: 0, number: 0 };
+
+    fn new(links: [Link; 2], turn: u8, number: usize) -> Self {
+        let [low, high] = links;
+        Self { nodes: [low.node, high.node], raises: [low.raise, high.raise], turn, number: number as u8 }
+    }
+
     /// Where a node that is raised by `raise` leads to.
     fn link(&self, raise: u8) -> Link {
-        match (self.links, raise) {
-            ([low, _], 0) => low,
-            ([_, Link { node, raise: gain }], _) => Link { node, raise: raise - 1 + gain },
+        let ([low, high], [at_low, at_high]) = (self.nodes, self.raises);
+        match raise {
+            0 => Link { node: low, raise: at_low },
+            _ => Link { node: high, raise: raise - 1 + at_high },
         }
     }
 }
@@ -513,6 +522,19 @@ fn clear_sum(row: &mut [f64]) {
     let excess: f64 = row.iter().sum();
     if let Some(largest) = row.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())) {
         *largest -= excess;
+    }
+}
+
+/// Takes what the sum is off zero from the weight of a corner of the face.
+///
+/// Where all points draw together at a corner that stays, after `d` levels the next ones differ by `4^-d` of their distance in
+/// what derivatives see (Loop, valence 3), while the corner's own weight, which should be nearly nothing, has gathered roundings of
+/// numbers near 1: at sharpness 10 these are `4^10 ε`, 1e-10 of the derivative. The other weights are right in all digits, and
+/// tell what the corner's is.
+fn give_excess(row: &mut [f64], corner: usize) {
+    let excess: f64 = row.iter().sum();
+    if let Some(weight) = row.get_mut(corner) {
+        *weight -= excess;
     }
 }
 

@@ -1,24 +1,34 @@
-//! Keys of plans: surroundings as lists of numbers, compared in full.
+//! Keys of plans: surroundings as lists of numbers, compared in full. Equal keys mean equal limit masks.
+
+mod keys;
+pub(super) mod names;
 
 use crate::index::{Face, HalfEdge};
-use crate::topology::{Tables, excess, lowered};
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use crate::topology::{Around, Lowest, Surroundings, Tables, Topology, Walk, lowered};
+pub(super) use keys::Keys;
+pub(super) use names::Names;
+use std::hash::Hasher;
 
-/// What the surroundings of a face look like; equal keys mean equal limit masks.
-pub(super) type Key = Box<[u32]>;
-
-/// Numbers of keys.
-pub(super) type Keys = HashMap<Key, u32, BuildHasherDefault<KeyHasher>>;
-
-/// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
-/// differ by a turn alone share a plan. Ties go to the first. Raising all finite sharpness by a whole number changes nothing.
-pub(super) fn canonical_corner(t: &impl Tables, face: Face) -> usize {
-    canonical_corner_lowered(t, face, excess(t, face))
+/// Walks round a face that is one patch from its canonical corner, round a sub-face from the corner `start`, and leaves the plan's
+/// key and ring in `around`. Returns the corner.
+pub(super) fn walk_plan(
+    t: &Topology,
+    face: Face,
+    start: Option<usize>,
+    walk: &mut Walk,
+    around: &mut Surroundings,
+) -> usize {
+    let lowest = Lowest::of(t, face);
+    let start = start.unwrap_or_else(|| canonical_corner(t, face, lowest.excess()));
+    t.lowered_surroundings(face, start, lowest.raise() as i8, walk, around);
+    around.close_key();
+    start
 }
 
-/// The same where the face's [`excess`] is known.
-pub(super) fn canonical_corner_lowered(t: &impl Tables, face: Face, excess: u8) -> usize {
+/// The corner of a quad or triangle at which its walk starts, chosen by what lies round the corners, so that faces that
+/// differ by a turn alone share a plan. Ties go to the first. Raising all finite sharpness by a whole number changes nothing;
+/// `excess` is the face's [excess](Lowest::excess).
+pub(super) fn canonical_corner(t: &impl Tables, face: Face, excess: u8) -> usize {
     let sides = t.sides(face);
     let mut sign = [0; 4];
     for (c, s) in sign.iter_mut().enumerate().take(sides) {

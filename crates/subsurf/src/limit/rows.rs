@@ -37,8 +37,12 @@ impl Rows {
     }
 
     /// Rows over `columns` points; terms with the same column are added.
-    pub fn new<'a>(columns: usize, rows: impl IntoIterator<Item = &'a Combination>) -> Self {
-        let mut out = Self::empty(columns);
+    pub fn new(columns: usize, rows: &[Combination]) -> Self {
+        let most = rows.iter().map(Vec::len).sum();
+        let mut offset = Vec::with_capacity(rows.len() + 1);
+        offset.push(0);
+        let (column, weight) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        let mut out = Self { offset, column, weight, columns };
         let mut sum = Accumulator::new(columns);
         for row in rows {
             row.iter().for_each(|&(c, w)| sum.add(c, w));
@@ -71,9 +75,22 @@ impl Rows {
         &self.weight
     }
 
-    /// The same rows with other weights.
-    pub fn with_weights(&self, weight: Vec<f64>) -> Self {
-        Self { offset: self.offset.clone(), column: self.column.clone(), weight, columns: self.columns }
+    /// Where the weights of row `i` start among all.
+    #[inline(always)]
+    pub fn start(&self, i: usize) -> usize {
+        self.offset[i] as usize
+    }
+
+    /// The same rows in another order.
+    pub fn in_order(&self, order: &[usize]) -> Self {
+        let mut out = Self::empty(self.columns);
+        for &i in order {
+            let (columns, weights) = self.terms(i);
+            out.column.extend_from_slice(columns);
+            out.weight.extend_from_slice(weights);
+            out.offset.push(out.column.len() as u32);
+        }
+        out
     }
 
     /// True where the rows of both are over the same points.

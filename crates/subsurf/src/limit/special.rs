@@ -81,10 +81,19 @@ pub(crate) struct AtVertex {
 }
 
 impl SpecialVertex {
-    /// `even` is that of a dart of the same valence, if it is known.
-    pub fn new(corner: Corner, method: Method, even: Option<Arc<EvenMode>>) -> Self {
+    /// `first` is the vertex from its first face, where other faces take from it what depends on the valence alone: at darts.
+    pub fn new(corner: Corner, method: Method, first: Option<&Self>) -> Self {
         let step = LocalStep::new(corner);
-        let limit = tangent::limit_mask(corner, &step);
+        let limit = match first {
+            // The ring is the same, and nothing else has a weight.
+            Some(first) => {
+                let mut limit = first.limit[..step.ring].to_vec();
+                limit.resize(step.points, 0.0);
+                limit
+            }
+            None => tangent::limit_mask(corner, &step),
+        };
+        let even = first.and_then(|first| first.even.clone());
         let even = even.or_else(|| EvenMode::new(corner, &step, &limit).map(Arc::new));
         let ones = vec![1.0; step.points];
         let scale = subdominant(corner);
@@ -99,11 +108,6 @@ impl SpecialVertex {
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let tangents = tangent::Tangents::new(corner, &step, even.as_deref());
         Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents, even }
-    }
-
-    /// What depends on the valence alone, of a dart.
-    pub fn even_mode(&self) -> Option<&Arc<EvenMode>> {
-        self.even.as_ref()
     }
 
     /// Number of canonical points.

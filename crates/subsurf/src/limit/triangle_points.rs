@@ -4,7 +4,8 @@ use super::corner::{Kind, corner, ring_points};
 use super::rows::Combination;
 use crate::index::HalfEdge;
 use crate::scheme::SplitKind;
-use crate::topology::Topology;
+use crate::tags::INFINITE_SHARPNESS;
+use crate::topology::Tables;
 
 /// Where the ring of corner `j`, counter-clockwise from the next corner, goes among the 12 points of
 /// [`box_spline`](super::box_spline).
@@ -17,7 +18,7 @@ fn point(v: u32) -> Combination {
 
 /// The six neighbours of the regular corner at the start of `h`, counter-clockwise from the end of `h`. Those beyond an
 /// infinitely sharp edge are extrapolated, which commutes with refinement exactly.
-fn six_ring(t: &Topology, h: HalfEdge) -> [Combination; 6] {
+fn six_ring(t: &impl Tables, h: HalfEdge) -> [Combination; 6] {
     let (at, start) = corner(t, h, SplitKind::Triangles);
     let v = t.origin(h).0;
     let mut spokes = Vec::with_capacity(7);
@@ -53,7 +54,7 @@ fn six_ring(t: &Topology, h: HalfEdge) -> [Combination; 6] {
 }
 
 /// The 12 points round the triangle whose first corner is at the origin of `h`; all its corners are regular.
-pub(crate) fn patch_points(t: &Topology, h: HalfEdge) -> [Combination; 12] {
+pub(crate) fn patch_points(t: &impl Tables, h: HalfEdge) -> [Combination; 12] {
     let mut points: [Combination; 12] = Default::default();
     let mut own = h;
     for (j, ring) in RINGS.iter().enumerate() {
@@ -78,13 +79,13 @@ pub(crate) fn patch_points(t: &Topology, h: HalfEdge) -> [Combination; 12] {
 ///                 \   / \   /
 ///                e_{i-1} - c
 /// ```
-pub(crate) fn special_points(t: &Topology, h: HalfEdge) -> Vec<Combination> {
+pub(crate) fn special_points(t: &impl Tables, h: HalfEdge) -> Vec<Combination> {
     let mut points = ring_points(t, h, SplitKind::Triangles);
     // Round e_i from e_{i+1}: e_{i+1} v e_{i-1} c b m; round e_{i+1} from v: v e_i m d g e_{i+2}.
     let (next, last) = (t.next(h), t.prev(h));
     let [_, _, _, c, b, m] = six_ring(t, next);
     let [_, _, _, d, g, _] = six_ring(t, last);
-    let [sharp_u, sharp_v] = [h, last].map(|s| t.is_infinitely_sharp(t.edge(s)));
+    let [sharp_u, sharp_v] = [h, last].map(|s| t.edge_sharpness(t.edge(s)) >= INFINITE_SHARPNESS);
     points.extend((!sharp_u).then_some(c));
     points.extend([b, m, d]);
     points.extend((!sharp_v).then_some(g));

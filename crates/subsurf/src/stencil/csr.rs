@@ -2,10 +2,11 @@
 //! it, and so do the loops that apply weights.
 
 use super::StencilError;
-use crate::kernel::{PART, Part, Parts, level, put};
+use super::sums::{Sums, padded};
+use crate::kernel::{PART, Parts, level, put};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use fearless_simd::{Simd, dispatch, f64x4};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
@@ -48,16 +49,14 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
-        out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
-            dispatch!(level(), simd => simd.vectorize(
-                #[inline(always)]
-                || {
-                    for (i, out) in out.iter_mut().enumerate() {
-                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, chunk * CHUNK + i, weights, control, out);
-                    }
-                }
-            ));
-        });
+        let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
+        for first in (0..N).step_by(PART) {
+            if out.len() < control.len() {
+                sums.all::<T, T::Wider<W>, N>(&Parts::new(control, first), first, out);
+            } else {
+                sums.all::<T, T::Wider<W>, N>(&padded::<T, T::Wider<W>, N>(control, first)[..], first, out);
+            }
+        }
     }
 
     /// Applies the weights to the rows of a list alone.
@@ -70,13 +69,17 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
+        let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
         let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
             dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {
                     for &i in rows {
                         let mut row = [[T::default(); N]; K];
-                        self.row::<W, T, _, N, K, FIRST_IS_POSITION>(simd, i as usize, weights, control, &mut row);
+                        for first in (0..N).step_by(PART) {
+                            let points = Parts::new(control, first);
+                            put(&sums.row::<T, T::Wider<W>, _>(simd, i as usize, &points), first, &mut row);
+                        }
                         out(i, row);
                     }
                 }
@@ -92,78 +95,6 @@ impl Csr {
         });
         let moved: Vec<_> = moved.collect();
         rows.iter().zip(moved.iter().flatten()).for_each(|(&i, value)| out[i as usize] = *value);
-    }
-
-    /// One output. Sums are formed in `f64`, relative to the row's first control point; a row without any gives zeros.
-    ///
-    /// Of `f32` weights and values too: sums in `f32` have twice the error, and not relative to a point eight times the
-    /// error, and more away from the origin.
-    #[inline(always)]
-    fn row<W: Real, T: Real, S: Simd, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
-        &self,
-        simd: S,
-        row: usize,
-        weights: [&[W]; K],
-        control: &[[T; N]],
-        out: &mut [[T; N]; K],
-    ) {
-        let range = self.range(row);
-        let indices = &self.indices[range.clone()];
-        if indices.is_empty() {
-            *out = [[T::default(); N]; K];
-            return;
-        }
-        // As many weights as indices, so that the compiler need not ask.
-        let mut own: [&[W]; K] = [&[]; K];
-        for k in 0..K {
-            own[k] = &weights[k][range.start..range.end][..indices.len()];
-        }
-        for first in (0..N).step_by(PART) {
-            let points = Parts::new(control, first);
-            let base = T::wide(simd, points.at(indices[0] as usize));
-            // Two sums side by side, so that additions need not wait for each other.
-            let zero = simd.splat_f64x4(0.0);
-            let mut sums = [[zero; K]; 2];
-            let even = indices.len() & !1;
-            for j in (0..even).step_by(2) {
-                for side in 0..2 {
-                    add(simd, &mut sums[side], &points, indices[j + side], base, &own, j + side);
-                }
-            }
-            if even < indices.len() {
-                add(simd, &mut sums[0], &points, indices[even], base, &own, even);
-            }
-            let mut parts = [[T::default(); PART]; K];
-            for k in 0..K {
-                let mut sum = simd.add_f64x4(sums[0][k], sums[1][k]);
-                if FIRST_IS_POSITION && k == 0 {
-                    sum = simd.add_f64x4(sum, base);
-                }
-                let sum: Part<f64> = sum.into();
-                for c in 0..PART {
-                    parts[k][c] = T::from_f64(sum[c]);
-                }
-            }
-            put(&parts, first, out);
-        }
-    }
-}
-
-/// Adds the `j`-th term, the control point `point` relative to `base`, to all sums.
-#[inline(always)]
-fn add<W: Real, T: Real, S: Simd, const N: usize, const K: usize>(
-    simd: S,
-    sums: &mut [f64x4<S>; K],
-    points: &Parts<'_, T, N>,
-    point: u32,
-    base: f64x4<S>,
-    weights: &[&[W]; K],
-    j: usize,
-) {
-    let apart = simd.sub_f64x4(T::wide(simd, points.at(point as usize)), base);
-    for k in 0..K {
-        let term = simd.mul_f64x4(simd.splat_f64x4(weights[k][j].to_f64()), apart);
-        sums[k] = simd.add_f64x4(sums[k], term);
     }
 }
 

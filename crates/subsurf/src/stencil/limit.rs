@@ -196,8 +196,8 @@ impl<W: Real> LimitStencilTable<W> {
         self.states[row] == State::Smooth
     }
 
-    /// The points, one per row, in parallel. Sums are formed in `f64` whatever `T` and `W` are, relative to the row's
-    /// first control point.
+    /// The points, one per row, in parallel. Sums are formed in the wider of `T` and `W`, relative to the row's first control
+    /// point.
     ///
     /// # Panics
     /// If `control` has not one value per control point.

@@ -269,7 +269,7 @@ fn write<W: Real>(
         levels.iter().flat_map(|level| level.tasks().into_iter().map(move |task| (level, task))).collect();
     let rows = tasks.iter().map(|(_, task)| task.rows).sum::<usize>();
     // Ends of rows within their tasks first, then from the start.
-    let mut offsets = vec![0u32; rows + 1];
+    let mut offsets: Vec<u32> = subsurf_memory::zeroed(rows + 1);
     let lengths = || tasks.iter().map(|(_, task)| task.rows);
     let counts: Vec<usize> = cut(&mut offsets[1..], lengths())
         .into_par_iter()
@@ -292,7 +292,9 @@ fn write<W: Real>(
         .zip(starts)
         .for_each(|(ends, start)| ends.iter_mut().for_each(|e| *e += start));
 
-    let (mut indices, mut weights) = (vec![0u32; total], vec![W::default(); total]);
+    let mut indices: Vec<u32> = subsurf_memory::zeroed(total);
+    let mut weights = vec![W::default(); total];
+    subsurf_memory::advise(&mut weights);
     let index_parts = cut(&mut indices, counts.iter().copied());
     let weight_parts = cut(&mut weights, counts.iter().copied());
     let parts = index_parts.into_par_iter().zip(weight_parts).zip(&tasks);

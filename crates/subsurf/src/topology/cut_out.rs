@@ -106,14 +106,22 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
-    /// The key with a number from `place` for every sharpness in it.
-    pub fn outline(&self, mut place: impl FnMut(f64) -> u32) -> Vec<u32> {
-        let mut key = self.key.clone();
-        for at in self.sharpness.iter().map(|&at| at as usize) {
-            let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
-            key[at..at + 2].copy_from_slice(&[place(s), 0]);
-        }
-        key
+    /// Makes the key that of a plan: the walk's, then where sharpness stands in it, their number, and the raise.
+    pub fn close_key(&mut self) {
+        self.key.extend_from_slice(&self.sharpness);
+        self.key.extend([self.sharpness.len() as u32, self.raise as u32]);
+    }
+
+    /// What [`close_key`](Self::close_key) has put together: the walk's key, where sharpness stands in it, and the raise.
+    pub fn open_key(key: &[u32]) -> (&[u32], &[u32], u8) {
+        let [lists @ .., count, raise] = key else { return (key, &[], 0) };
+        let (walk, sharpness) = lists.split_at(lists.len() - *count as usize);
+        (walk, sharpness, *raise as u8)
+    }
+
+    /// Where sharpness stands in the key.
+    pub fn sharpness(&self) -> &[u32] {
+        &self.sharpness
     }
 
     /// Makes the key that of the same surroundings lowered by `raise`. All finite sharpness there and here is above 0.

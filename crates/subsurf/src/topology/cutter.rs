@@ -34,7 +34,7 @@ impl Cutter {
     pub fn cut_out(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk) {
         self.faces(t, around, walk);
         let own = own_corners(&self.cut);
-        self.edges(t, around, walk, own);
+        self.edges(t, around, own);
         self.vertices(t, around, own);
     }
 
@@ -43,7 +43,7 @@ impl Cutter {
     pub fn part(t: &impl Tables, around: &Surroundings, own: usize) -> Topology {
         let (mut cutter, walk) = (Self::default(), Walk::over(t, around));
         cutter.faces(t, around, &walk);
-        cutter.edges(t, around, &walk, own as u32);
+        cutter.edges(t, around, own as u32);
         cutter.vertices(t, around, own as u32);
         cutter.take()
     }
@@ -97,7 +97,7 @@ impl Cutter {
     }
 
     /// Edges keep their identity, so that the two faces of a non-manifold edge still share it.
-    fn edges(&mut self, t: &impl Tables, around: &Surroundings, walk: &Walk, own: u32) {
+    fn edges(&mut self, t: &impl Tables, around: &Surroundings, own: u32) {
         let Self { cut, half_edges, edges, non_manifold } = self;
         [&mut *edges, &mut *non_manifold, &mut cut.edge, &mut cut.edge_half_edge].into_iter().for_each(Vec::clear);
         cut.edge_vertices.clear();
@@ -129,7 +129,11 @@ impl Cutter {
             if flags.non_manifold {
                 non_manifold.push(e);
             }
-            let ends = t.edge_vertices(old).map(|v| walk.vertex(v).unwrap_or(NONE));
+            // The half-edge runs from one end to the other.
+            let next = cut.next(HalfEdge(i as u32)).index();
+            let (from, to) = (cut.origin[i], cut.origin[next]);
+            let is_forward = t.edge_vertices(old)[0] == t.origin(h);
+            let ends = if is_forward { [from, to] } else { [to, from] };
             let is_own = ends.map(|v| v < own);
             let is_cut = twin == NONE && t.twin(h).is_some();
             let is_rim = twin == NONE && is_own == [false; 2];

@@ -25,13 +25,8 @@ fn lowest_semi_sharpness(t: &impl Tables, face: Face) -> Option<f64> {
     (lowest < f64::INFINITY).then_some(lowest)
 }
 
-/// The whole number that lowers the lowest finite sharpness at the corners of a face into (0, 1]; 0 where there is none.
-pub(crate) fn excess(t: &impl Tables, face: Face) -> u8 {
-    Lowest::of(t, face).excess()
-}
-
 /// The lowest finite sharpness at the corners of a face, if there is one that may be lowered.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default, PartialEq, Debug)]
 pub(crate) struct Lowest(Option<f64>);
 
 impl Lowest {
@@ -45,12 +40,7 @@ impl Lowest {
         Self(sharpness.filter(|&s| is_semi_sharp(s)).reduce(f64::min))
     }
 
-    /// True where there is one.
-    pub fn is_finite(self) -> bool {
-        self.0.is_some()
-    }
-
-    /// See [`excess`].
+    /// The whole number that lowers it into (0, 1]; 0 where there is none.
     pub fn excess(self) -> u8 {
         self.0.map_or(0, |s| s.ceil() as u8 - 1)
     }

@@ -57,6 +57,13 @@ impl SharpnessColumn {
         self.rare.clear();
     }
 
+    /// Becomes equal to another column, in the memory that is there.
+    pub fn assign(&mut self, other: &Self) {
+        self.code.clone_from(&other.code);
+        self.values.clone_from(&other.values);
+        self.rare.clone_from(&other.rare);
+    }
+
     pub fn set(&mut self, i: usize, sharpness: f64) {
         if self.code[i] == RARE {
             self.rare.remove(&(i as u32));

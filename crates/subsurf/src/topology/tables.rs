@@ -30,6 +30,12 @@ pub(crate) trait Tables: Sized {
     /// Sharpness of the half of an edge at one end, where it is known and not to be computed.
     fn far_half(&self, e: Edge, v: Vertex) -> Option<f64>;
 
+    /// True where `v` lies on a boundary that is kept piecewise linear.
+    fn is_on_linear_boundary(&self, v: Vertex) -> bool {
+        self.interpolation() == Interpolation::LinearBoundaries
+            && self.sharp_edges(v).any(|e| self.edge_flags(e).boundary)
+    }
+
     fn turn_left(&self, h: HalfEdge) -> Option<HalfEdge> {
         self.twin(self.prev(h))
     }

@@ -3,7 +3,7 @@
 
 use super::super::fan_class::{self, ByFace, FaceKey, FanClasses};
 use super::super::fans::Fans;
-use super::super::plan_key::{Key, KeyHasher, canonical_corner};
+use super::super::plan_key::{KeyHasher, Keys, Names, walk_plan};
 use super::super::smooth_ring::{self, Valences, is_distinct};
 use super::{Size, Start, others, valences};
 use crate::index::Face;
@@ -159,19 +159,39 @@ fn is_read(t: &Topology, face: Face, start: usize, ring: &mut Vec<u32>) -> bool 
     ring.len() <= smooth_ring::MOST && is_distinct(ring)
 }
 
+/// Kinds that a thread walks round at a time.
+const KINDS: usize = 64;
+
+/// Memory for walks.
+#[derive(Default)]
+struct Scratch {
+    walk: Walk,
+    around: Surroundings,
+    ring: Vec<u32>,
+}
+
+/// Walks round one face of each of some kinds: keys one after the other; for each kind where the walk starts, whether rings of the
+/// kind can be read, and where its key ends.
+#[derive(Default)]
+struct Walked {
+    keys: Vec<u32>,
+    ends: Vec<(usize, bool, usize)>,
+}
+
 /// What all chunks share.
 pub(super) struct Shared {
     pub smooth: BySmooth<Smooth>,
     /// By kind of whole mesh.
     alike: Vec<Option<Alike>>,
-    /// A plan for every kind, some of them perhaps equal: its key, and a walk that gives it.
-    pub plans: Vec<(Key, Start)>,
+    /// The plans of all kinds, and for each a walk that gives it.
+    pub plans: Keys,
+    pub starts: Vec<Start>,
     /// By chunk: what was found, and the kinds of the mesh by those of the chunk.
     chunks: Vec<(Vec<Found>, Vec<u32>)>,
 }
 
 impl Shared {
-    pub fn new(t: &Topology, whole: usize, surveys: Vec<Survey>) -> Self {
+    pub fn new(t: &Topology, whole: usize, surveys: Vec<Survey>, names: &mut Names) -> Self {
         let mut kinds = Kinds::default();
         let mut chunks = Vec::with_capacity(surveys.len());
         for survey in surveys {
@@ -184,30 +204,44 @@ impl Shared {
             };
             chunks.push((survey.found, survey.kinds.iter().map(number).collect()));
         }
-        let walk = |scratch: &mut (Walk, Surroundings, Vec<u32>), kind: &Kind| {
-            let &Kind { name, face, turn, is_read } = kind;
-            let start = if t.sides(face) == whole { canonical_corner(t, face) } else { turn };
-            let (walk, around, ring) = scratch;
-            t.surroundings(face, start, walk, around);
-            let is_read = match name {
-                Name::Smooth(_) => is_read,
-                Name::Fans(_) => {
-                    fan_class::read(t, face, start, ring);
-                    *ring == around.ring
+        let walk = |scratch: &mut Scratch, kinds: &[Kind]| -> Walked {
+            let mut out = Walked::default();
+            for &Kind { name, face, turn, is_read } in kinds {
+                let Scratch { walk, around, ring } = scratch;
+                let start = walk_plan(t, face, (t.sides(face) != whole).then_some(turn), walk, around);
+                let is_read = match name {
+                    Name::Smooth(_) => is_read,
+                    Name::Fans(_) => {
+                        fan_class::read(t, face, start, ring);
+                        *ring == around.ring
+                    }
+                };
+                if is_read {
+                    out.keys.extend_from_slice(&around.key);
                 }
-            };
-            (start, is_read.then(|| Key::from(&around.key[..])))
-        };
-        let walks: Vec<_> = kinds.list.par_iter().map_init(Default::default, walk).collect();
-        let mut out = Self { smooth: BySmooth::default(), alike: Vec::new(), plans: Vec::new(), chunks };
-        for (kind, (start, key)) in kinds.list.iter().zip(walks) {
-            let plan = if key.is_some() { out.plans.len() as u32 } else { NONE };
-            let sides = t.sides(kind.face);
-            out.alike.push(key.is_some().then_some(Alike { start: (start + sides - kind.turn) % sides, plan }));
-            if let Name::Smooth(valences) = kind.name {
-                out.smooth.insert(valences, Smooth { start: start as u8, plan });
+                out.ends.push((start, is_read, out.keys.len()));
             }
-            out.plans.extend(key.map(|key| (key, (kind.face.0, start as u32))));
+            out
+        };
+        let walks: Vec<Walked> = kinds.list.par_chunks(KINDS).map_init(Scratch::default, walk).collect();
+        let (smooth, alike) = (BySmooth::default(), Vec::with_capacity(kinds.list.len()));
+        let mut out = Self { smooth, alike, plans: Keys::default(), starts: Vec::new(), chunks };
+        out.plans.reserve(kinds.list.len(), 16);
+        for (kinds, Walked { keys, ends }) in kinds.list.chunks(KINDS).zip(walks) {
+            let mut from = 0;
+            for (kind, (start, is_read, end)) in kinds.iter().zip(ends) {
+                let key = &keys[std::mem::replace(&mut from, end)..end];
+                let plan = is_read.then(|| {
+                    let (plan, is_new) = out.plans.insert(names.plan_key(key));
+                    out.starts.extend(is_new.then_some((kind.face.0, start as u32)));
+                    plan
+                });
+                let sides = t.sides(kind.face);
+                out.alike.push(plan.map(|plan| Alike { start: (start + sides - kind.turn) % sides, plan }));
+                if let Name::Smooth(valences) = kind.name {
+                    out.smooth.insert(valences, Smooth { start: start as u8, plan: plan.unwrap_or(NONE) });
+                }
+            }
         }
         out
     }
@@ -226,12 +260,6 @@ impl Shared {
         let &Alike { start, plan } = self.alike.get(found.kind as usize)?.as_ref()?;
         // Of corners that look the same the first one.
         let start = (usize::from(found.turn) + start) % usize::from(found.period);
-        let read = is_read(t, face, start, ring).then_some((plan, start));
-        if cfg!(debug_assertions) && read.is_some() {
-            let mut around = Surroundings::default();
-            t.surroundings(face, start, &mut Walk::default(), &mut around);
-            debug_assert_eq!((&around.key[..], &around.ring), (&self.plans[plan as usize].0[..], &*ring));
-        }
-        read
+        is_read(t, face, start, ring).then_some((plan, start))
     }
 }

@@ -1,11 +1,10 @@
 //! Patches made anew after an edit, the rest of the table left as it is.
 
-use super::super::plan_key::canonical_corner;
+use super::super::plan_key::walk_plan;
 use super::{Known, PatchTable};
 use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::topology::{NONE, Surroundings, Topology, Walk};
-use std::collections::hash_map::Entry;
 
 impl PatchTable {
     /// The topology, for edits; the patches round what changes there are to be made anew.
@@ -45,32 +44,24 @@ impl PatchTable {
         }
         let t = &self.topology;
         let mut around = Surroundings::default();
-        let (mut starts, mut keys) = (Vec::new(), Vec::new());
+        let (before, mut starts) = (self.plans.len(), Vec::new());
         for &face in faces {
             let first = self.face_patch[face.index()];
             let patches = self.face_patch[face.index() + 1] - first;
             let is_whole = t.sides(face) == self.scheme.patch_sides();
             for subface in 0..patches {
-                let start = if is_whole { canonical_corner(t, face) } else { subface as usize };
-                t.surroundings(face, start, walk, &mut around);
-                let next = (self.plans.len() + starts.len()) as u32;
-                let plan = match known.plans.entry(around.key.clone().into()) {
-                    Entry::Occupied(plan) => *plan.get(),
-                    Entry::Vacant(empty) => {
-                        starts.push((face.0, start as u32));
-                        keys.push(empty.key().clone());
-                        *empty.insert(next)
-                    }
-                };
+                let start = walk_plan(t, face, (!is_whole).then_some(subface as usize), walk, &mut around);
+                let (plan, is_new) = known.plans.insert(known.nodes.names().plan_key(&around.key));
+                starts.extend(is_new.then_some((face.0, start as u32)));
                 let patch = first + subface;
                 self.patch_plan[patch as usize] = plan;
                 self.patch_turn[patch as usize] = if is_whole { start as u8 } else { 0 };
                 self.edited_rings.insert(patch, around.ring.clone());
             }
         }
-        let before = self.plans.node_count();
-        let keys: Vec<&[u32]> = keys.iter().map(|key| &**key).collect();
-        self.plans.add(&self.topology, &starts, &keys, self.scheme, &self.specials, &mut known.nodes);
-        Ok(self.plans.node_count() - before)
+        let nodes = self.plans.node_count();
+        let new = known.plans.since(before).zip(starts);
+        self.plans.add(&self.topology, new, self.scheme, &self.specials, &mut known.nodes);
+        Ok(self.plans.node_count() - nodes)
     }
 }

@@ -17,7 +17,6 @@
 //!
 //! That holds under Catmull-Clark with uniform creasing round manifold vertices.
 
-use super::template::{Outline, place};
 use crate::index::{Face, HalfEdge};
 use crate::scheme::Scheme;
 use crate::sharpness::{decay, edge_half};
@@ -60,7 +59,7 @@ pub(super) fn has_fans(t: &Topology, own: &[HalfEdge], scheme: Scheme) -> bool {
 }
 
 /// True if quads of `t` are known by fans at all.
-pub(super) fn may_have_fans(t: &Topology, scheme: Scheme) -> bool {
+pub(in crate::limit) fn may_have_fans(t: &Topology, scheme: Scheme) -> bool {
     let is_uniform = t.rules().creasing == Creasing::Uniform;
     scheme == Scheme::CatmullClark && t.interpolation == Interpolation::Smooth && is_uniform
 }
@@ -135,18 +134,6 @@ impl CornerFan {
         Lowest::among(self.spokes.iter().map(|spoke| spoke.1).chain([self.vertex]))
     }
 
-    /// The key without the values of finite sharpness.
-    pub fn outline(&self) -> Outline {
-        let FanShape { is_closed, faces, own } = self.shape;
-        let mut values = Vec::with_capacity(2);
-        let mut key = Vec::with_capacity(5 + 2 * self.spokes.len());
-        key.extend([FAN, u32::from(is_closed), faces, own, place(self.vertex, &mut values)]);
-        for &(spoke, s) in &self.spokes {
-            key.extend([spoke, place(s, &mut values)]);
-        }
-        Outline { key: key.into(), values: values.into() }
-    }
-
     /// The same fan with other values.
     pub fn with_values(&self, from: &[f64], to: &[f64]) -> Self {
         let change = |s: f64| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
@@ -168,6 +155,16 @@ impl CornerFan {
             key.push(spoke);
             number(s, key);
         }
+    }
+
+    /// Where sharpness stands in the key: that of the vertex, then of the spokes.
+    pub fn places(spokes: usize) -> impl Iterator<Item = usize> {
+        std::iter::once(4).chain((0..spokes).map(|j| 7 + 3 * j))
+    }
+
+    /// Where sharpness stands in this key of a fan.
+    pub fn places_in(key: &[u32]) -> impl Iterator<Item = usize> {
+        Self::places((key.len() - 6) / 3)
     }
 
     /// The fan of a key, if it is one of a fan.

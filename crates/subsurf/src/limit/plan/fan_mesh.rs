@@ -4,12 +4,12 @@
 use super::super::corner::{Corner, Kind};
 use super::super::local_step::quad_neighbourhood;
 use super::super::rows::Rows;
-use super::Points;
 use super::fan::{CornerFan, FanShape};
+use super::points::{Rings, Step};
 use super::refined_points::RefinedPoints;
 use crate::index::{Face, HalfEdge};
 use crate::scheme::{Scheme, SplitKind};
-use crate::topology::Topology;
+use crate::topology::{SharpnessColumn, Topology};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,12 +22,13 @@ pub(super) struct FanMesh {
     /// Edges of the spokes, and those that go on beyond the quad's two.
     spokes: Vec<u32>,
     beyond: Vec<(u32, u32)>,
-    smooth_edges: Vec<f64>,
+    smooth_edges: SharpnessColumn,
+    smooth_vertices: SharpnessColumn,
     /// Refined points that depend on sharpness, and rows of the others.
     varying: Vec<u32>,
     fixed: Arc<Rows>,
     /// The children's rings: fixed points first.
-    rings: [Arc<[u32]>; 4],
+    rings: Arc<Rings>,
 }
 
 impl FanMesh {
@@ -51,54 +52,47 @@ impl FanMesh {
         let mut varying = vec![0, t.origin(own[1]).0, t.origin(own[3]).0];
         varying.extend(spokes.iter().chain(beyond.iter().map(|(_, e)| e)).map(|e| edge_points + e));
         let mut fan = CornerFan::default();
-        let mut rings = own.map(|h| {
+        let below = own.map(|h| {
             let mut ring = Vec::new();
             fan.below(&t, h, Some(&mut ring));
             ring
         });
-        let mut fixed: Vec<u32> = rings.concat();
+        let mut fixed: Vec<u32> = below.concat();
         fixed.sort_unstable();
         fixed.dedup();
         let depend: HashSet<u32> = varying.iter().copied().collect();
         fixed.retain(|v| !depend.contains(v));
         let row: HashMap<u32, u32> = fixed.iter().chain(&varying).copied().zip(0..).collect();
-        rings.iter_mut().for_each(|ring| ring.iter_mut().for_each(|v| *v = row[v]));
+        let mut rings = Rings::default();
+        below.iter().for_each(|ring| rings.push(ring.iter().map(|v| row[v])));
         let mut points = RefinedPoints::default();
         points.clear(&t, edge_points as usize + t.edge_count());
         fixed.iter().for_each(|&v| _ = points.row(&t, Scheme::CatmullClark, v));
-        let smooth_edges = t.edge_sharpness.iter().collect();
-        let (fixed, rings) = (Arc::new(points.rows().clone()), rings.map(Arc::from));
-        Self { topology: t, own, spokes, beyond, smooth_edges, varying, fixed, rings }
+        let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), SharpnessColumn::smooth(t.vertex_count()));
+        let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings.shrunk()));
+        Self { topology: t, own, spokes, beyond, smooth_edges, smooth_vertices, varying, fixed, rings }
     }
 
     /// Takes the sharpness of a fan of its shape.
     pub fn set(&mut self, fan: &CornerFan) {
         let t = &mut self.topology;
-        t.edge_sharpness.clear();
-        self.smooth_edges.iter().for_each(|&s| t.edge_sharpness.push(s));
+        t.edge_sharpness.assign(&self.smooth_edges);
         for &(spoke, s) in &fan.spokes {
             t.edge_sharpness.set(self.spokes[spoke as usize] as usize, s);
             let on = self.beyond.iter().filter(|on| on.0 == spoke);
             on.for_each(|&(_, e)| t.edge_sharpness.set(e as usize, s));
         }
         t.index_sharp_edges();
-        let vertices = t.vertex_sharpness.len();
-        t.vertex_sharpness.clear();
-        t.vertex_sharpness.push(fan.vertex);
-        (1..vertices).for_each(|_| t.vertex_sharpness.push(0.0));
+        t.vertex_sharpness.assign(&self.smooth_vertices);
+        t.vertex_sharpness.set(0, fan.vertex);
     }
 
     /// The refined points that the children need, with the sharpness that was set.
-    pub fn points(&self, scratch: &mut RefinedPoints) -> Points {
+    pub fn step(&self, scratch: &mut RefinedPoints) -> Step {
         let t = &self.topology;
         scratch.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
         self.varying.iter().for_each(|&v| _ = scratch.row(t, Scheme::CatmullClark, v));
-        Points { shared: Some(self.fixed.clone()), own: Arc::new(scratch.rows().clone()) }
-    }
-
-    /// The ring of child `c` among the [`points`](Self::points).
-    pub fn ring(&self, c: usize) -> Arc<[u32]> {
-        self.rings[c].clone()
+        Step::new(Some(self.fixed.clone()), scratch.rows().clone(), self.rings.clone())
     }
 }
 
@@ -136,6 +130,7 @@ impl FanMeshes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::points::Points;
     use super::*;
 
     /// Every spoke smooth but those of a pattern, semi-sharp.
@@ -185,12 +180,12 @@ mod tests {
             for pattern in [0, 3, 5, 9, 14] {
                 meshes.with(&fan(shape, pattern), |mesh| {
                     let t = &mesh.topology;
-                    let points = mesh.points(&mut scratch);
+                    let points = Points::new(mesh.step(&mut scratch));
                     for c in 0..4 {
                         let mut ring = Vec::new();
                         CornerFan::default().below(t, mesh.own[c], Some(&mut ring));
                         direct.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
-                        for (&row, &v) in mesh.ring(c).iter().zip(&ring) {
+                        for (&row, &v) in points.step.rings.get(c).iter().zip(&ring) {
                             let row: Vec<_> = points.row(row as usize).collect();
                             let i = direct.row(t, Scheme::CatmullClark, v) as usize;
                             assert_eq!(row, direct.rows().row(i).collect::<Vec<_>>(), "{shape:?} child {c}");

@@ -120,10 +120,10 @@ impl<'a> GridMaker<'a> {
         scratch: &mut GridScratch,
         target: &mut Target<'_, T>,
     ) {
-        let halved = split.children.len() > 1;
+        let halved = split.children().len() > 1;
         // The samples of every child, in its parameters.
         let mut lists: [Vec<Sample>; 4] = Default::default();
-        for list in &mut lists[..split.children.len()] {
+        for list in &mut lists[..split.children().len()] {
             *list = scratch.lists.pop().unwrap_or_default();
             list.clear();
         }
@@ -135,7 +135,7 @@ impl<'a> GridMaker<'a> {
                 }
                 false => (0, at),
             };
-            lists[child].push(Sample { number, at: self.grid.turned(below, split.children[child].turn) });
+            lists[child].push(Sample { number, at: self.grid.turned(below, split.children()[child].turn) });
         }
         // The refined points that these children need.
         let mut matrix = scratch.matrices.pop().unwrap_or_default();
@@ -143,8 +143,8 @@ impl<'a> GridMaker<'a> {
         needed.clear();
         is_made.clear();
         is_made.resize(split.points.len(), false);
-        for (child, _) in split.children.iter().zip(&lists).filter(|(_, list)| !list.is_empty()) {
-            for &point in &child.ring[..] {
+        for (child, _) in split.children().iter().zip(&lists).filter(|(_, list)| !list.is_empty()) {
+            for &point in split.ring(child) {
                 if !std::mem::replace(&mut is_made[point as usize], true) {
                     needed.push(point);
                 }
@@ -152,7 +152,7 @@ impl<'a> GridMaker<'a> {
         }
         matrix.resize(split.points.len() * target.chunks, [0.0; WIDTH]);
         refine(control, &split.points, needed, target.chunks, &mut matrix);
-        for (number, (child, list)) in split.children.iter().zip(&lists).enumerate() {
+        for (number, (child, list)) in split.children().iter().zip(&lists).enumerate() {
             if list.is_empty() {
                 continue;
             }
@@ -162,7 +162,7 @@ impl<'a> GridMaker<'a> {
             let jacobian = product(control.jacobian, pose.jacobian(self.grid.split));
             let control = Control {
                 matrix: &matrix,
-                some: Some(&child.ring),
+                some: Some(split.ring(child)),
                 jacobian,
                 depth: control.depth + u32::from(halved),
             };

@@ -86,7 +86,7 @@ fn make(
         crease
     });
     let creases = creases.collect();
-    Leaf { shape, points: Rows::new(t.vertex_count(), &points), patch_points, creases }
+    Leaf { shape, points: Rows::new(t.vertex_count(), &points).into(), patch_points, creases }
 }
 
 /// The only sharp side of a quad and its sharpness, where the closed form of one semi-sharp crease holds: both ends are

@@ -240,7 +240,7 @@ impl Tree {
             Body::Leaf(leaf) => Pieces::new(leaf, raise, pieces).map_or(Self::Closed, Self::Leaf),
             Body::Split(_) if depth >= DEEPEST_LEAF => Self::Closed,
             Body::Split(split) => {
-                let links: Box<[_]> = split.children.iter().map(|c| (c.link(raise), c.turn)).collect();
+                let links: Box<[_]> = split.children().iter().map(|c| (c.link(raise), c.turn)).collect();
                 let children = links.iter().map(|_| OnceLock::new()).collect();
                 Self::Branch(Branch { links, has_ends: split.ends.is_some(), depth, children })
             }

@@ -11,28 +11,19 @@
 //!
 //! and which value a child inherits is read off the markers that its fan has.
 
-use super::fan::{CornerFan, FanShape};
-use super::{Leaf, LeafShape, Points};
-use crate::limit::plan_key::Key;
-use crate::limit::rows::Rows;
+use super::fan::CornerFan;
+use super::points::{OwnWeights, Points, Step};
+use super::{Leaf, LeafShape};
 use crate::sharpness::{decay, is_semi_sharp};
+use crate::topology::{Lowest, lowered};
 use std::sync::Arc;
-
-/// A key without the values of finite sharpness, and these values.
-pub(super) struct Outline {
-    pub key: Key,
-    pub values: Box<[f64]>,
-}
 
 /// What becomes of a face in one step.
 pub(super) enum Part<C> {
     Leaf(Leaf),
-    /// The refined points, and the children corner by corner.
-    Split(Points, Vec<C>),
+    /// The step, and the children corner by corner.
+    Split(Step, Vec<C>),
 }
-
-/// A child: its fan, and its ring among the refined points.
-pub(super) type Below = (CornerFan, Arc<[u32]>);
 
 /// A node with places for values.
 pub(super) struct Template {
@@ -44,46 +35,56 @@ enum Body {
     /// A patch along one crease: the leaf, and which value is the crease's.
     Crease(Leaf, usize),
     Split {
-        shared: Option<Arc<Rows>>,
-        own: Arc<Rows>,
+        step: Arc<Step>,
         slopes: Vec<Slope>,
         children: Vec<Child>,
     },
 }
 
-/// How weights depend on a value below 1.
+/// How the weights that differ from node to node depend on a value below 1.
 struct Slope {
     value: usize,
     marker: f64,
     weights: Vec<f64>,
 }
 
-/// A child's fan, whose sharpness is that of the node less one.
+/// A child: the key of its fan, whose sharpness is that of the node less one, and where in it which values stand.
 struct Child {
-    shape: FanShape,
-    vertex: Source,
-    spokes: Vec<(u32, Source)>,
-    ring: Arc<[u32]>,
+    key: Vec<u32>,
+    values: Vec<(usize, usize)>,
 }
 
-#[derive(Clone, Copy)]
-enum Source {
-    Fixed(f64),
-    Value(usize),
+/// Of a node made from a template, what does not need other nodes' numbers.
+pub(super) enum Filled<'a> {
+    Leaf(Leaf),
+    /// The step, and how many weights the node has of its own.
+    Split(&'a Arc<Step>, usize),
 }
 
 /// Most values of a template. Larger: markers would come too close.
 const MOST_VALUES: usize = 48;
 
+/// The outline of a key in which sharpness stands at these places: the key without the values of finite sharpness, which are added
+/// to `values`.
+pub(super) fn outline(key: &[u32], places: impl Iterator<Item = usize>, outline: &mut Vec<u32>, values: &mut Vec<f64>) {
+    let first = values.len();
+    outline.clear();
+    outline.extend_from_slice(key);
+    for at in places {
+        let s = f64::from_bits(u64::from(key[at]) << 32 | u64::from(key[at + 1]));
+        outline[at..at + 2].copy_from_slice(&[place(s, values, first), 0]);
+    }
+}
+
 /// Where `s` belongs in an outline: a number that is equal for equal `s`, and tells smooth, infinitely sharp, below 1, 1 and above
-/// apart. New values are added to `values`.
-pub(super) fn place(s: f64, values: &mut Vec<f64>) -> u32 {
+/// apart. Values are those from `first` on; new ones are added.
+fn place(s: f64, values: &mut Vec<f64>, first: usize) -> u32 {
     if !is_semi_sharp(s) {
         return u32::from(s > 0.0);
     }
-    let at = values.iter().position(|&value| value == s).unwrap_or_else(|| {
+    let at = values[first..].iter().position(|&value| value == s).unwrap_or_else(|| {
         values.push(s);
-        values.len() - 1
+        values.len() - 1 - first
     });
     let class = if s < 1.0 {
         0
@@ -118,14 +119,14 @@ pub(super) fn least(values: &[f64]) -> usize {
 impl Template {
     /// `step` works a node out with other values in the place of `values`; none where its children are no fans. None too
     /// where there are too many values, or weights have no common structure.
-    pub fn new(values: &[f64], mut step: impl FnMut(&[f64]) -> Option<(usize, Part<Below>)>) -> Option<Self> {
+    pub fn new(values: &[f64], mut step: impl FnMut(&[f64]) -> Option<(usize, Part<CornerFan>)>) -> Option<Self> {
         if values.len() > MOST_VALUES {
             return None;
         }
         let markers = markers(values);
         let (ring, part) = step(&markers)?;
-        let (points, below) = match part {
-            Part::Split(points, below) => (points, below),
+        let (here, below) = match part {
+            Part::Split(here, below) => (here, below),
             Part::Leaf(leaf) => {
                 let LeafShape::SingleCrease { sharpness, .. } = leaf.shape else { return None };
                 let value = markers.iter().position(|&m| m == sharpness)?;
@@ -137,67 +138,99 @@ impl Template {
             let mut moved = markers.clone();
             moved[value] += 0.5;
             let (_, Part::Split(there, _)) = step(&moved)? else { return None };
-            if !there.own.is_like(&points.own) {
+            if !there.own.is_like(&here.own) {
                 return None;
             }
-            let weights = there.own.weights().iter().zip(points.own.weights());
+            let weights = there.own.weights().iter().zip(here.own.weights());
             let weights = weights.map(|(there, here)| (there - here) / 0.5).collect();
             slopes.push(Slope { value, marker: markers[value], weights });
         }
-        let source = |s: f64| {
-            let inherited = |&m: &f64| m > 1.0 && decay(m) == s;
-            markers.iter().position(inherited).map_or(Source::Fixed(s), Source::Value)
-        };
-        let child = |(fan, ring): Below| Child {
-            shape: fan.shape,
-            vertex: source(fan.vertex),
-            spokes: fan.spokes.iter().map(|&(spoke, s)| (spoke, source(s))).collect(),
-            ring,
-        };
-        let children = below.into_iter().map(child).collect();
-        Some(Self { ring, body: Body::Split { shared: points.shared, own: points.own, slopes, children } })
+        let step = Arc::new(varying_last(here, &mut slopes));
+        let children = below.into_iter().map(|fan| Child::new(&fan, &markers)).collect();
+        Some(Self { ring, body: Body::Split { step, slopes, children } })
     }
 
-    /// The node with these values; `child` is called with every child's fan, number and ring.
-    pub fn fill<C>(
-        &self,
-        values: &[f64],
-        fan: &mut CornerFan,
-        mut child: impl FnMut(&CornerFan, usize, Arc<[u32]>) -> C,
-    ) -> Part<C> {
-        let (shared, own, slopes, children) = match &self.body {
-            Body::Crease(leaf, value) => return Part::Leaf(leaf.with_sharpness(values[*value])),
-            Body::Split { shared, own, slopes, children } => (shared, own, slopes, children),
-        };
-        let own = if slopes.is_empty() {
-            own.clone()
-        } else {
-            let mut weights = own.weights().to_vec();
-            for Slope { value, marker, weights: slope } in slopes {
-                let by = values[*value] - marker;
-                weights.iter_mut().zip(slope).for_each(|(weight, slope)| *weight += by * slope);
+    /// The node with these values, but for its weights and links.
+    pub fn fill(&self, values: &[f64]) -> Filled<'_> {
+        match &self.body {
+            Body::Crease(leaf, value) => Filled::Leaf(leaf.with_sharpness(values[*value])),
+            Body::Split { step, slopes, .. } => {
+                Filled::Split(step, slopes.first().map_or(0, |slope| slope.weights.len()))
             }
-            Arc::new(own.with_weights(weights))
-        };
-        let of = |source: Source| match source {
-            Source::Fixed(s) => s,
-            Source::Value(value) => decay(values[value]),
-        };
-        let children = children.iter().enumerate().map(|(c, below)| {
-            fan.shape = below.shape;
-            fan.vertex = of(below.vertex);
-            fan.spokes.clear();
-            fan.spokes.extend(below.spokes.iter().map(|&(spoke, s)| (spoke, of(s))));
-            child(fan, c, below.ring.clone())
-        });
-        let children = children.collect();
-        Part::Split(Points { shared: shared.clone(), own }, children)
+        }
+    }
+
+    /// The weights that the node with these values has of its own.
+    pub fn weights(&self, values: &[f64], out: &mut [f64]) {
+        let Body::Split { step, slopes, .. } = &self.body else { return };
+        out.copy_from_slice(&step.own.weights()[step.own.start(step.varying)..]);
+        for Slope { value, marker, weights: slope } in slopes {
+            let by = values[*value] - marker;
+            out.iter_mut().zip(slope).for_each(|(weight, slope)| *weight += by * slope);
+        }
+    }
+
+    /// The lowest sharpness in the fan of child `c`; none where no value is left there.
+    pub fn lowest(&self, c: usize, values: &[f64]) -> Lowest {
+        let Body::Split { children, .. } = &self.body else { return Lowest::default() };
+        Lowest::among(children[c].values.iter().map(|&(_, value)| decay(values[value])))
+    }
+
+    /// The key of child `c`, lowered by `raise`.
+    pub fn key(&self, c: usize, values: &[f64], raise: i8, key: &mut Vec<u32>) {
+        let Body::Split { children, .. } = &self.body else { return };
+        key.clear();
+        key.extend_from_slice(&children[c].key);
+        for &(at, value) in &children[c].values {
+            let bits = lowered(decay(values[value]), raise).to_bits();
+            key[at..at + 2].copy_from_slice(&[(bits >> 32) as u32, bits as u32]);
+        }
+    }
+}
+
+impl Child {
+    /// Of a fan with markers.
+    fn new(fan: &CornerFan, markers: &[f64]) -> Self {
+        let mut key = Vec::new();
+        fan.key(0, &mut key);
+        let all = std::iter::once(fan.vertex).chain(fan.spokes.iter().map(|spoke| spoke.1));
+        let inherited = |s: f64| markers.iter().position(|&m| m > 1.0 && decay(m) == s);
+        let places = CornerFan::places(fan.spokes.len()).zip(all);
+        let values = places.filter_map(|(at, s)| Some((at, inherited(s)?))).collect();
+        Self { key, values }
+    }
+}
+
+/// A step whose rows that depend on values come last; slopes are those of these rows' weights.
+fn varying_last(step: Step, slopes: &mut [Slope]) -> Step {
+    let Step { shared, own, rings, .. } = step;
+    let weights = |i: usize| own.start(i)..own.start(i + 1);
+    let varies = |i: usize| slopes.iter().any(|slope| slope.weights[weights(i)].iter().any(|&w| w != 0.0));
+    let (fixed, differing): (Vec<usize>, Vec<usize>) = (0..own.len()).partition(|&i| !varies(i));
+    for slope in slopes.iter_mut() {
+        slope.weights = differing.iter().flat_map(|&i| slope.weights[weights(i)].iter().copied()).collect();
+    }
+    let varying = fixed.len();
+    let order = [fixed, differing].concat();
+    let mut place = vec![0; order.len()];
+    order.iter().zip(0..).for_each(|(&i, to)| place[i] = to);
+    let first = shared.as_ref().map_or(0, |rows| rows.len()) as u32;
+    let rings = rings.renumbered(|p| if p < first { p } else { first + place[(p - first) as usize] });
+    Step { shared, own: own.in_order(&order), varying, rings: Arc::new(rings) }
+}
+
+impl Points {
+    /// Of a template's step.
+    pub fn filled(step: &Arc<Step>, weights: Option<OwnWeights>) -> Self {
+        Self { step: step.clone(), weights }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::compile::Compiler;
+    use super::super::face_mesh::FaceMeshes;
+    use super::super::fan::FanShape;
     use super::super::fan_mesh::FanMeshes;
     use super::super::refined_points::RefinedPoints;
     use super::*;
@@ -224,30 +257,34 @@ mod tests {
     fn a_template_gives_the_nodes_that_the_rules_give() {
         let mesh = Topology::new(&shapes::cube().mesh).unwrap();
         let (fan_meshes, specials) = (FanMeshes::default(), SpecialVertices::default());
-        let compiler =
-            Compiler { mesh: &mesh, fan_meshes: &fan_meshes, scheme: Scheme::CatmullClark, specials: &specials };
+        let (face_meshes, scheme) = (&FaceMeshes::default(), Scheme::CatmullClark);
+        let compiler = Compiler { mesh: &mesh, fan_meshes: &fan_meshes, face_meshes, scheme, specials: &specials };
         let mut scratch = RefinedPoints::default();
         let mut node = |fan: &CornerFan| {
-            let child = |below: &CornerFan, _, ring| -> Below { (below.clone(), ring) };
-            compiler.fan_mesh(fan, &mut scratch, &mut CornerFan::default(), child)
+            compiler.fan_mesh(fan, &mut scratch, &mut CornerFan::default(), |below: &CornerFan, _| below.clone())
         };
         let shape = |is_closed, faces, own| FanShape { is_closed, faces, own };
         let (mut splits, mut creases) = (0, 0);
+        let (mut key, mut own_key) = (Vec::new(), Vec::new());
         for shape in [shape(true, 3, 0), shape(true, 4, 0), shape(false, 2, 1), shape(false, 3, 1)] {
             for code in 0..5u32.pow(if shape.is_closed { 5 } else { 3 }) {
                 let [here, there] = [[0.25, 1.5, 0.625], [0.875, 3.25, 0.5]].map(|values| fan(shape, values, code));
-                let [from, to] = [here.outline(), there.outline()];
-                assert_eq!(from.key, to.key);
-                if from.values.is_empty() {
+                let [(outline, from), (same, to)] = [&here, &there].map(|fan| {
+                    let (mut outline, mut values) = (Vec::new(), Vec::new());
+                    fan.key(0, &mut key);
+                    super::outline(&key, CornerFan::places_in(&key), &mut outline, &mut values);
+                    (outline, values)
+                });
+                assert_eq!(outline, same);
+                if from.is_empty() {
                     continue;
                 }
-                let template = Template::new(&from.values, |to| Some(node(&here.with_values(&from.values, to))));
+                let template = Template::new(&from, |to| Some(node(&here.with_values(&from, to))));
                 let (ring, direct) = node(&there);
                 let Some(template) = template else { panic!("{here:?}") };
                 assert_eq!(template.ring, ring);
-                let child = |below: &CornerFan, _, ring| -> Below { (below.clone(), ring) };
-                match (template.fill(&to.values, &mut CornerFan::default(), child), direct) {
-                    (Part::Leaf(filled), Part::Leaf(direct)) => {
+                match (template.fill(&to), direct) {
+                    (Filled::Leaf(filled), Part::Leaf(direct)) => {
                         let crease = |leaf: &Leaf| match leaf.shape {
                             LeafShape::SingleCrease { turn, sharpness } => (turn, sharpness),
                             _ => panic!("{there:?}"),
@@ -256,17 +293,31 @@ mod tests {
                         assert_eq!(filled.points.dense(), direct.points.dense());
                         creases += 1;
                     }
-                    (Part::Split(filled, below), Part::Split(direct, children)) => {
-                        assert!(below == children, "{there:?}");
-                        let rows = direct.own.len() + direct.shared.as_ref().map_or(0, |rows| rows.len());
-                        for i in 0..rows {
-                            let (ours, theirs): (Vec<_>, Vec<_>) = (filled.row(i).collect(), direct.row(i).collect());
-                            assert_eq!(ours.len(), theirs.len());
-                            // Weights are at most 1; a slope is the difference of two by a half.
-                            let near = |(a, b): (&(u32, f64), &(u32, f64))| {
-                                a.0 == b.0 && (a.1 - b.1).abs() < 8.0 * f64::EPSILON
-                            };
-                            assert!(ours.iter().zip(&theirs).all(near), "{there:?} row {i}");
+                    (Filled::Split(step, own), Part::Split(direct, children)) => {
+                        assert_eq!(children.len(), 4);
+                        for (c, child) in children.iter().enumerate() {
+                            child.key(0, &mut own_key);
+                            template.key(c, &to, 0, &mut key);
+                            assert_eq!(key, own_key, "{there:?}");
+                            assert_eq!(template.lowest(c, &to), child.lowest(), "{there:?}");
+                        }
+                        let mut all = vec![0.0; own];
+                        template.weights(&to, &mut all);
+                        let weights = (own > 0).then(|| OwnWeights { all: Arc::new(all), start: 0 });
+                        let (filled, direct) = (Points::filled(step, weights), Points::new(direct));
+                        for c in 0..children.len() {
+                            let rings = [&filled, &direct].map(|points| points.step.rings.get(c));
+                            assert_eq!(rings[0].len(), rings[1].len());
+                            for (&i, &j) in rings[0].iter().zip(rings[1]) {
+                                let ours: Vec<_> = filled.row(i as usize).collect();
+                                let theirs: Vec<_> = direct.row(j as usize).collect();
+                                assert_eq!(ours.len(), theirs.len());
+                                // Weights are at most 1; a slope is the difference of two by a half.
+                                let near = |(a, b): (&(u32, f64), &(u32, f64))| {
+                                    a.0 == b.0 && (a.1 - b.1).abs() < 8.0 * f64::EPSILON
+                                };
+                                assert!(ours.iter().zip(&theirs).all(near), "{there:?} child {c} row {i}");
+                            }
                         }
                         splits += 1;
                     }

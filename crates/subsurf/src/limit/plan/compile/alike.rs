@@ -1,73 +1,110 @@
-//! Nodes of one generation: those that many others are like, but for the values of finite sharpness, are made from
-//! [templates](super::super::template).
+//! The [templates](super::super::template) from which nodes are made that many others are like, but for the values of finite
+//! sharpness. Which are alike follows from the list of nodes, whatever thread makes them.
 
+use super::super::face_mesh::FaceMesh;
 use super::super::fan::{CornerFan, has_fans};
-use super::super::template::{self, Below, Outline, Part, Template};
-use super::{Compiler, Made, Open, Scratch, fan_child, made};
+use super::super::template::{self, Part, Template};
+use super::numbers::{Known, Open};
+use super::{Compiler, Scratch};
 use crate::index::{Face, HalfEdge};
-use crate::limit::plan_key::{KeyHasher, Keys};
-use crate::topology::Lowest;
+use crate::topology::Topology;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 
-impl Compiler<'_> {
-    /// Nodes in order; many that differ in the values of finite sharpness alone are made from a template.
-    pub(super) fn nodes(&self, open: &[Open], known: &Keys) -> Vec<Made> {
-        // Which are alike follows from the list, whatever thread makes them.
-        let mut alike: HashMap<&[u32], (usize, usize), BuildHasherDefault<KeyHasher>> = HashMap::default();
-        for (i, outline) in open.iter().enumerate().filter_map(|(i, open)| Some((i, open.outline()?))) {
-            alike.entry(&outline.key).or_insert((i, 0)).1 += 1;
+/// Templates by the numbers of outlines.
+#[derive(Default)]
+pub(super) struct Templates(Vec<Tried>);
+
+#[derive(Default)]
+enum Tried {
+    #[default]
+    Not,
+    /// There is none.
+    InVain,
+    /// The template, and the children in whose fans no finite sharpness is left, as far as they have numbers.
+    Made(Box<Template>, [Option<u32>; 4]),
+}
+
+impl Templates {
+    pub fn get(&self, outline: u32) -> Option<&Template> {
+        match &self.0[outline as usize] {
+            Tried::Made(template, _) => Some(template),
+            Tried::Not | Tried::InVain => None,
         }
-        let pays = |(first, count): &(usize, usize)| {
-            *count >= open[*first].outline().map_or(usize::MAX, |outline| template::least(&outline.values))
-        };
-        let first: Vec<usize> = alike.values().filter(|of| pays(of)).map(|of| of.0).collect();
-        let templates: Vec<Option<Template>> =
-            first.par_iter().map_init(Scratch::default, |scratch, &i| self.template(&open[i], scratch)).collect();
-        let template: HashMap<usize, Template> =
-            first.into_iter().zip(templates).filter_map(|(first, template)| Some((first, template?))).collect();
-        let node = |scratch: &mut Scratch, open: &Open| {
-            let outline = open.outline();
-            let template = outline.and_then(|outline| template.get(&alike.get(&outline.key[..])?.0));
-            let (Some(Outline { values, .. }), Some(template)) = (outline, template) else {
-                return self.node(open, known, scratch);
-            };
-            let lowest = Lowest::among(values.iter().copied());
-            let Scratch { fan, key, .. } = scratch;
-            let child = |below: &CornerFan, c, ring| fan_child(below, lowest, c, ring, known, key);
-            made((template.ring, template.fill(values, fan, child)))
-        };
-        open.par_iter().map_init(Scratch::default, node).collect()
     }
 
-    /// The template of a node with finite sharpness.
-    fn template(&self, open: &Open, scratch: &mut Scratch) -> Option<Template> {
-        let Outline { values: from, .. } = open.outline()?;
-        let Scratch { around, cutter, points, fan: below, list, .. } = scratch;
-        let child = |below: &CornerFan, _, ring| -> Below { (below.clone(), ring) };
-        let place = match open {
-            Open::Fan(fan, _) => {
-                return Template::new(from, |to| Some(self.fan_mesh(&fan.with_values(from, to), points, below, child)));
+    /// A template that there is, and its children's numbers.
+    pub fn get_mut(&mut self, outline: u32) -> (&Template, &mut [Option<u32>; 4]) {
+        match &mut self.0[outline as usize] {
+            Tried::Made(template, fixed) => (template, fixed),
+            Tried::Not | Tried::InVain => unreachable!("a template that was made"),
+        }
+    }
+
+    /// Makes the templates that pay for these nodes.
+    pub fn make(&mut self, open: &[Open], known: &Known, compiler: &Compiler<'_>) {
+        self.0.resize_with(known.outlines.len(), Tried::default);
+        // How many nodes are alike, and the first of them.
+        let mut alike = vec![(0, 0); self.0.len()];
+        for (i, open) in open.iter().enumerate() {
+            if let Some((outline, _)) = open.outline {
+                let (count, first) = &mut alike[outline as usize];
+                *first = if *count == 0 { i } else { *first };
+                *count += 1;
             }
-            Open::Face { place, .. } => *place,
+        }
+        let values = |i: usize| open[i].outline.as_ref().map_or(&[][..], |(_, values)| &known.values[values.clone()]);
+        let pays = |&outline: &usize| {
+            let (count, first) = alike[outline];
+            count > 0 && matches!(self.0[outline], Tried::Not) && count >= template::least(values(first))
         };
-        around.cut_out(self.mesh, place, cutter);
+        let outlines: Vec<usize> = (0..alike.len()).filter(pays).collect();
+        let make = |scratch: &mut Scratch, &outline: &usize| {
+            let first = alike[outline].1;
+            compiler.template(known.nodes.key(open[first].number), &open[first], values(first), scratch)
+        };
+        let made: Vec<Option<Template>> = outlines.par_iter().map_init(Scratch::default, make).collect();
+        for (outline, template) in outlines.into_iter().zip(made) {
+            self.0[outline] = template.map_or(Tried::InVain, |template| Tried::Made(Box::new(template), [None; 4]));
+        }
+    }
+}
+
+impl Compiler<'_> {
+    /// The template of a node with finite sharpness `from`.
+    fn template(&self, key: &[u32], open: &Open, from: &[f64], scratch: &mut Scratch) -> Option<Template> {
+        let child = |below: &CornerFan, _| below.clone();
+        let changed = |s: f64, to: &[f64]| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
+        let Some((parent, place)) = &open.face else {
+            let fan = CornerFan::of_key(key)?;
+            let Scratch { points, fan: below, .. } = scratch;
+            return Template::new(from, |to| Some(self.fan_mesh(&fan.with_values(from, to), points, below, child)));
+        };
+        let Scratch { points, fan: below, .. } = scratch;
+        let with = |mesh: &mut FaceMesh| {
+            Template::new(from, |to| {
+                mesh.set(key, |s| changed(s, to));
+                Some(self.face_mesh(mesh, points, below, child))
+            })
+        };
+        if let Some(template) = self.face_meshes.with(key, with) {
+            return template;
+        }
+        self.cut_out(parent.as_deref(), *place, scratch);
+        let Scratch { cutter, points, fan: below, list, .. } = scratch;
         let whole = cutter.take();
         let own: Vec<HalfEdge> = (0..whole.sides(Face(0))).map(|c| whole.half_edge(Face(0), c)).collect();
         if !has_fans(&whole, &own, self.scheme) {
             return None;
         }
         Template::new(from, |to| {
-            let mut t = whole.clone();
-            let change = |s: f64| from.iter().position(|&value| value == s).map_or(s, |at| to[at]);
-            t.edge_sharpness.change_values(change);
-            t.vertex_sharpness.change_values(change);
+            let mut t: Topology = whole.clone();
+            t.edge_sharpness.change_values(|s| changed(s, to));
+            t.vertex_sharpness.change_values(|s| changed(s, to));
             let part = match self.leaf(&t, &own) {
                 Some(leaf) => Part::Leaf(leaf),
                 None => {
-                    let (points, children) = self.split_into_fans(&t, &own, points, below, list, child);
-                    Part::Split(points, children)
+                    let (step, children) = self.split_into_fans(&t, &own, points, below, list, child);
+                    Part::Split(step, children)
                 }
             };
             Some((t.vertex_count(), part))

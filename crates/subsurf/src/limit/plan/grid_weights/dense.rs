@@ -1,6 +1,6 @@
 //! Control points as dense rows of numbers over a plan's ring, and sums of such rows, eight numbers to a vector.
 
-use super::super::Points;
+use super::super::points::Points;
 use crate::kernel::{LANES, SurfaceMatrix, vectorized};
 use crate::limit::rows::Rows;
 use crate::real::Real;
@@ -66,8 +66,8 @@ pub(super) fn refine(control: Control<'_>, points: &Points, some: &[u32], chunks
         #[inline(always)]
         || {
             for &point in some {
-                let (rows, i) = points.of(point as usize);
-                sum_terms(control, rows, i, chunks, &mut out[point as usize * chunks..]);
+                let terms = points.terms(point as usize);
+                sum_terms(control, terms, chunks, &mut out[point as usize * chunks..]);
             }
         },
     );
@@ -79,15 +79,14 @@ pub(super) fn combine(control: Control<'_>, rows: &Rows, chunks: usize, out: &mu
         #[inline(always)]
         || {
             for i in 0..rows.len() {
-                sum_terms(control, rows, i, chunks, &mut out[i * chunks..]);
+                sum_terms(control, rows.terms(i), chunks, &mut out[i * chunks..]);
             }
         },
     );
 }
 
 #[inline(always)]
-fn sum_terms(control: Control<'_>, rows: &Rows, i: usize, chunks: usize, out: &mut [[f64; WIDTH]]) {
-    let (columns, weights) = rows.terms(i);
+fn sum_terms(control: Control<'_>, (columns, weights): (&[u32], &[f64]), chunks: usize, out: &mut [[f64; WIDTH]]) {
     let mut chunk = 0;
     while chunk < chunks {
         // Some vectors at once, so that terms are read less often.

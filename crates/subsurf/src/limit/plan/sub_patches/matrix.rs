@@ -21,7 +21,12 @@ impl Plan<'_> {
             multiply(local, 0..local.len(), |i| leaf.points.row(i), &mut blocks);
             for &(ring, split, child) in way.iter().rev() {
                 let mut above = vec![[0.0; LANES]; ring];
-                multiply(&blocks, child.ring.iter().map(|&row| row as usize), |i| split.points.row(i), &mut above);
+                multiply(
+                    &blocks,
+                    split.ring(child).iter().map(|&row| row as usize),
+                    |i| split.points.row(i),
+                    &mut above,
+                );
                 blocks = above;
             }
             blocks
