@@ -16,11 +16,12 @@ pub(crate) fn level() -> Level {
 
 /// Limits vector instructions to so many bits in this process, and returns how many bits they have from now on: 128 (what every
 /// machine of the kind has), 256 (AVX2) or 512 (AVX-512). To compare machines: results are the same bits at any width. It has an effect
-/// before anything else of this crate runs, and once; machines do not get wider by it.
+/// before anything else of this crate runs, and once; machines do not get wider by it, nor narrower than what this crate was compiled
+/// for (`target-cpu`), than what ran before, or than 128 bits.
 ///
 /// ```
 /// let bits = subsurf::limit_vector_bits(256);
-/// assert!(bits <= 256);
+/// assert!(bits <= 256 || cfg!(target_feature = "avx512f"));
 /// ```
 pub fn limit_vector_bits(most: u32) -> u32 {
     bits(*LEVEL.get_or_init(|| at_most(Level::new(), most)))

@@ -39,8 +39,8 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch; `face_patch` the first patch of every face;
-    /// `names` shorten keys.
+    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch;
+    /// `face_patch` the first patch of every face; `names` shorten keys.
     ///
     /// # Errors
     /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.

@@ -1,5 +1,6 @@
-//! The surroundings of a quad without their sharpness, its [shape](crate::limit::plan_key::names): many faces of a mesh differ in that alone. Such a shape is cut out once, and
-//! takes the sharpness of one face after the other; refined points next to nothing sharp are the same for all of them.
+//! The surroundings of a quad without their sharpness, its [shape](crate::limit::plan_key::names): many faces of a mesh differ
+//! in that alone. Such a shape is cut out once, and takes the sharpness of one face after the other; refined points next to
+//! nothing sharp are the same for all of them.
 //!
 //! That holds where the quad's children are known by their [fans](super::fan).
 

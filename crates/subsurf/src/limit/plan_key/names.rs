@@ -99,9 +99,24 @@ pub(in crate::limit) fn shape(key: &[u32]) -> Option<u32> {
 pub(in crate::limit) fn slots(key: &[u32]) -> impl Iterator<Item = (usize, usize, f64)> {
     let slot = |&[slot, high, low]: &[u32; 3]| {
         let s = f64::from_bits(u64::from(high) << 32 | u64::from(low));
-        (slot as usize >> 16, slot as usize & 0xffff, s)
+        let [corner, number] = open_slot(slot);
+        (corner, number, s)
     };
     key[2..].as_chunks().0.iter().map(slot)
+}
+
+/// Bits of the number at a corner; the corner has the two above. No vertex has 2³⁰ edges: each brings a face of four half-edges,
+/// which have numbers of 32 bits.
+const CORNER_SHIFT: u32 = 30;
+
+/// The first slot of a corner.
+fn first_slot(corner: u32) -> u32 {
+    corner << CORNER_SHIFT
+}
+
+/// The corner, and the number there.
+fn open_slot(slot: u32) -> [usize; 2] {
+    [slot >> CORNER_SHIFT, slot & (first_slot(1) - 1)].map(|x| x as usize)
 }
 
 /// Where sharpness stands in a key with a shape.
@@ -127,7 +142,7 @@ impl Apart {
             corners += between.iter().map(|&word| u32::from(word == u32::MAX)).sum::<u32>();
             shape.extend_from_slice(between);
             from = first;
-            let mut slot = (corners - 1) << 16;
+            let mut slot = first_slot(corners - 1);
             while notes.next_if_eq(&from).is_some() {
                 if walk[from..from + 2] != [0; 2] {
                     slots.extend([slot, walk[from], walk[from + 1]]);
@@ -155,6 +170,35 @@ mod tests {
     use crate::shapes;
     use crate::topology::{Topology, Walk};
     use std::collections::BTreeMap;
+
+    /// The walk round a quad at whose corners `spokes` edges meet, all smooth but one, `slot` of a corner, and where sharpness stands.
+    fn walk_with(spokes: usize, sharp: [usize; 2]) -> (Vec<u32>, Vec<u32>) {
+        let (mut walk, mut places) = (vec![0, 4], Vec::new());
+        for corner in 0..4 {
+            walk.push(u32::MAX);
+            for slot in 0..=spokes {
+                places.push(walk.len() as u32);
+                walk.extend([u32::from(sharp == [corner, slot]), 0]);
+            }
+            walk.extend([0, 0]);
+        }
+        (walk, places)
+    }
+
+    #[test]
+    fn slots_of_large_poles_are_not_those_of_the_next_corner() {
+        let mut names = Names::new(true);
+        let mut keys = Vec::new();
+        for sharp in [[0, 65_536], [1, 0], [3, 65_540], [3, 4]] {
+            let (walk, places) = walk_with(70_000, sharp);
+            let key = names.key(&walk, &places).to_vec();
+            let found: Vec<[usize; 2]> = slots(&key).map(|(corner, number, _)| [corner, number]).collect();
+            assert_eq!(found, [sharp]);
+            assert!(!keys.contains(&key));
+            keys.push(key);
+        }
+        assert_eq!(names.shapes(), 1);
+    }
 
     #[test]
     fn keys_with_shapes_tell_apart_what_walks_tell_apart() {
