@@ -9,6 +9,10 @@ use crate::real::Real;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
+/// Terms a control point from which on points are copied and filled up before they are read. Larger: more tables whose points are
+/// read as they are, at twice the time a term; smaller: copies that few terms use.
+const COPIED: usize = 4;
+
 /// Rows that a thread takes at a time. Larger: uneven loads; smaller: overhead of tasks.
 pub(super) const CHUNK: usize = 1024;
 
@@ -51,7 +55,7 @@ impl Csr {
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
         let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
         for first in (0..N).step_by(PART) {
-            if out.len() < control.len() {
+            if self.indices.len() < COPIED * control.len() {
                 sums.all::<T, T::Wider<W>, N>(&Parts::new(control, first), first, out);
             } else {
                 sums.all::<T, T::Wider<W>, N>(&padded::<T, T::Wider<W>, N>(control, first)[..], first, out);

@@ -4,10 +4,10 @@
 //! come out exactly and no digits are lost far from the origin: `Σ wᵢ pᵢ = p₀ + Σ wᵢ (pᵢ − p₀)` where weights sum to one, and
 //! without `p₀` in front where they sum to zero.
 //!
-//! Where most points are needed they are copied first, filled up to four numbers: one check of an index and one load then read
-//! a point. Most rows of one kind of sum have one of few lengths, those of face, edge and vertex points of quads and of what they
-//! become a level below, and follow others of the same: they have loops of known length, and two sums, so that additions
-//! need not wait for each other.
+//! Where points are needed several times each they are copied first, filled up to four numbers: one check of an index and one
+//! load then read a point. Most rows of one kind of sum have one of few lengths, those of face, edge and vertex points of quads
+//! and of what they become a level below, and follow others of the same: they have loops of known length, and two sums, so that
+//! additions need not wait for each other.
 
 use super::csr::{CHUNK, Csr};
 use crate::kernel::{PART, Part, Parts, level, put_first, rounded};
@@ -28,7 +28,7 @@ pub(super) fn padded<T: Real, P: Real, const N: usize>(values: &[[T; N]], first:
         }
         part
     };
-    if values.len() <= COPIED || rayon::current_num_threads() == 1 {
+    if values.len() <= COPIED {
         out.extend(values.iter().map(part));
     } else {
         values.par_iter().with_min_len(COPIED).map(part).collect_into_vec(&mut out);
@@ -77,8 +77,7 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
                 || self.consecutive::<T, P, _, N>(simd, chunk * CHUNK, points, first, out)
             ));
         };
-        // A pool's only thread would do the same, after waking up.
-        if out.len() <= CHUNK || rayon::current_num_threads() == 1 {
+        if out.len() <= CHUNK {
             out.chunks_mut(CHUNK).enumerate().for_each(rows);
         } else {
             out.par_chunks_mut(CHUNK).enumerate().for_each(rows);
