@@ -265,20 +265,8 @@ impl Compiler<'_> {
         below: &mut CornerFan,
         mut child: impl FnMut(&CornerFan, usize) -> C,
     ) -> (usize, Part<C>) {
-        self.fan_meshes.with(fan, |mesh| {
-            let (t, own) = (&mesh.topology, &mesh.own);
-            let part = match self.leaf(t, own) {
-                Some(leaf) => Part::Leaf(leaf),
-                None => {
-                    let children = (0..4).map(|c| {
-                        below.below(t, own[c], None);
-                        child(below, c)
-                    });
-                    Part::Split(mesh.step(points), children.collect())
-                }
-            };
-            (t.vertex_count(), part)
-        })
+        self.fan_meshes
+            .with(fan, |mesh| self.quad((&mesh.topology, &mesh.own), || mesh.step(points), below, &mut child))
     }
 
     /// The node of a shape with the sharpness that was set, and its number of points.
@@ -289,7 +277,17 @@ impl Compiler<'_> {
         below: &mut CornerFan,
         mut child: impl FnMut(&CornerFan, usize) -> C,
     ) -> (usize, Part<C>) {
-        let (t, own) = (&mesh.topology, &mesh.own);
+        self.quad((&mesh.topology, &mesh.own), || mesh.step(points), below, &mut child)
+    }
+
+    /// The node of a quad that was cut out, with these half-edges and this step, and its number of points.
+    fn quad<C>(
+        &self,
+        (t, own): (&Topology, &[HalfEdge]),
+        step: impl FnOnce() -> Step,
+        below: &mut CornerFan,
+        child: &mut impl FnMut(&CornerFan, usize) -> C,
+    ) -> (usize, Part<C>) {
         let part = match self.leaf(t, own) {
             Some(leaf) => Part::Leaf(leaf),
             None => {
@@ -297,7 +295,7 @@ impl Compiler<'_> {
                     below.below(t, own[c], None);
                     child(below, c)
                 });
-                Part::Split(mesh.step(points), children.collect())
+                Part::Split(step(), children.collect())
             }
         };
         (t.vertex_count(), part)
