@@ -49,7 +49,8 @@ pub fn write(document: &Path, records: &[Record], failures: &[String]) -> Result
 const INTRODUCTION: &str = "\
 # Performance
 
-Ours beside other implementations, in one run, on the same meshes with the same output, in single precision but for one section. Written by
+Ours beside other implementations, on the same meshes with the same output, in single precision but for one section: every row in
+one run with all who are named in it. Written by
 
     cargo run --release --manifest-path peers/Cargo.toml -- performance --write docs/performance.md
 

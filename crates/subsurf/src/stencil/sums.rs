@@ -18,6 +18,11 @@ use rayon::prelude::*;
 /// Values that one task copies, at least.
 const COPIED: usize = 16 << 10;
 
+/// True where a pool's only thread would do what the caller can: to hand a table of 25,000 rows over takes as long as to apply it.
+fn is_alone() -> bool {
+    rayon::current_num_threads() == 1
+}
+
 /// A part of all values, components from number `first` on.
 pub(super) fn padded<T: Real, P: Real, const N: usize>(values: &[[T; N]], first: usize) -> Vec<Part<P>> {
     let mut out = subsurf_memory::with_capacity(values.len());
@@ -28,7 +33,7 @@ pub(super) fn padded<T: Real, P: Real, const N: usize>(values: &[[T; N]], first:
         }
         part
     };
-    if values.len() <= COPIED {
+    if values.len() <= COPIED || is_alone() {
         out.extend(values.iter().map(part));
     } else {
         values.par_iter().with_min_len(COPIED).map(part).collect_into_vec(&mut out);
@@ -77,7 +82,7 @@ impl<W: Real, const K: usize, const FIRST_IS_POSITION: bool> Sums<'_, W, K, FIRS
                 || self.consecutive::<T, P, _, N>(simd, chunk * CHUNK, points, first, out)
             ));
         };
-        if out.len() <= CHUNK {
+        if out.len() <= CHUNK || is_alone() {
             out.chunks_mut(CHUNK).enumerate().for_each(rows);
         } else {
             out.par_chunks_mut(CHUNK).enumerate().for_each(rows);
