@@ -25,63 +25,77 @@ pub(crate) const DENSE_LIMIT: usize = 64;
 /// Depths are below 1075: the smallest positive `f64` is `2^-1074`.
 const BITS: usize = 11;
 
-/// `A - Σ_i w_i r_i l_iᵀ`, divided by `scale`, and its powers.
+/// The matrix whose powers are wanted, and its left eigenvector for the eigenvalue 1.
+#[derive(Clone, Copy)]
+pub(crate) struct Deflated<'a> {
+    /// `A` in the first rows.
+    pub rows: &'a Rows,
+    /// `l`.
+    pub limit: &'a [f64],
+}
+
+/// `A - 1 lᵀ`, less other modes, divided by `scale`, and its powers.
 #[derive(Clone, Debug)]
 pub(crate) struct DeflatedPowers {
     /// `λ`.
     pub scale: f64,
-    /// What is taken out of `A`: `(w, r, l)`, eigenvalue and its right and left eigenvectors with `l·r = 1`.
-    modes: Vec<(f64, Vec<f64>, Vec<f64>)>,
+    /// What else is taken out of `A`: right and left eigenvectors `r`, `l` of the eigenvalue 1/2, with `l·r = 1`.
+    linear: Vec<(Vec<f64>, Vec<f64>)>,
+    is_stored: bool,
     /// `R^(2^k)` where powers are stored at all, from the first need on.
-    powers: Option<Box<[OnceLock<Vec<f64>>; BITS]>>,
+    powers: OnceLock<Box<Powers>>,
 }
 
+type Powers = [OnceLock<Vec<f64>>; BITS];
+
 impl DeflatedPowers {
-    pub fn new(a: &Rows, scale: f64, modes: Vec<(f64, Vec<f64>, Vec<f64>)>) -> Self {
-        let powers = (a.len() <= DENSE_LIMIT).then(Box::default);
-        Self { scale, modes, powers }
+    /// Those of a matrix over so many points.
+    pub fn new(points: usize, scale: f64, linear: Vec<(Vec<f64>, Vec<f64>)>) -> Self {
+        Self { scale, linear, is_stored: points <= DENSE_LIMIT, powers: OnceLock::new() }
     }
 
     /// `R^(2^bit)`.
-    fn power<'a>(&self, a: &Rows, powers: &'a [OnceLock<Vec<f64>>; BITS], bit: usize) -> &'a [f64] {
-        let k = a.len();
+    fn power<'a>(&self, of: Deflated<'_>, powers: &'a Powers, bit: usize) -> &'a [f64] {
+        let k = of.limit.len();
         powers[bit].get_or_init(|| {
             if bit > 0 {
-                return square(self.power(a, powers, bit - 1), k);
+                return square(self.power(of, powers, bit - 1), k);
             }
             let unit = |i: usize| (0..k).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
-            (0..k).flat_map(|i| self.sparse_step(a, &unit(i))).collect()
+            (0..k).flat_map(|i| self.sparse_step(of, &unit(i))).collect()
         })
     }
 
     /// True where powers are stored, and a depth costs at most eleven products.
     pub fn is_stored(&self) -> bool {
-        self.powers.is_some()
+        self.is_stored
     }
 
     /// `row · R`.
-    fn sparse_step(&self, a: &Rows, row: &[f64]) -> Vec<f64> {
+    fn sparse_step(&self, Deflated { rows, limit }: Deflated<'_>, row: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; row.len()];
-        a.left_multiply(row, &mut out);
-        for (w, r, l) in &self.modes {
-            let part: f64 = w * row.iter().zip(r).map(|(x, y)| x * y).sum::<f64>();
-            out.iter_mut().zip(l).for_each(|(o, l)| *o -= part * l);
+        rows.left_multiply(row, &mut out);
+        let mut take_out = |part: f64, l: &[f64]| out.iter_mut().zip(l).for_each(|(o, l)| *o -= part * l);
+        take_out(row.iter().sum(), limit);
+        for (r, l) in &self.linear {
+            take_out(0.5 * row.iter().zip(r).map(|(x, y)| x * y).sum::<f64>(), l);
         }
         out.iter_mut().for_each(|o| *o /= self.scale);
         out
     }
 
     /// `row · R^m` in place.
-    pub fn apply(&self, a: &Rows, m: u32, row: &mut Vec<f64>) {
-        let Some(powers) = &self.powers else {
+    pub fn apply(&self, of: Deflated<'_>, m: u32, row: &mut Vec<f64>) {
+        if !self.is_stored {
             for _ in 0..m {
-                *row = self.sparse_step(a, row);
+                *row = self.sparse_step(of, row);
             }
             return;
-        };
+        }
+        let powers = self.powers.get_or_init(Box::default);
         let k = row.len();
         for bit in (0..BITS).filter(|bit| m >> bit & 1 == 1) {
-            let power = self.power(a, powers, bit);
+            let power = self.power(of, powers, bit);
             let mut out = vec![0.0; k];
             for (w, line) in row.iter().zip(power.chunks_exact(k)) {
                 if *w != 0.0 {
@@ -94,9 +108,9 @@ impl DeflatedPowers {
 
     /// Heap memory in bytes, by now.
     pub fn bytes(&self) -> usize {
-        let modes: usize = self.modes.iter().map(|m| 8 * (m.1.len() + m.2.len())).sum();
-        let powers = self.powers.iter().flat_map(|powers| powers.iter());
-        modes + powers.map(|p| size_of_val(p) + p.get().map_or(0, |p| 8 * p.len())).sum::<usize>()
+        let linear: usize = self.linear.iter().map(|(r, l)| size_of_val(&r[..]) + size_of_val(&l[..])).sum();
+        let powers = self.powers.get().into_iter().flat_map(|powers| powers.iter());
+        linear + powers.map(|p| size_of_val(p) + p.get().map_or(0, |p| size_of_val(&p[..]))).sum::<usize>()
     }
 }
 

@@ -1,9 +1,9 @@
 //! The local subdivision step at a special vertex: the matrix `A` from the control points of one face there to those of
 //! its child at the vertex, and the control points `X_c` of the three regular children, as combinations of the same
 //! points. Both are read off the refinement masks, run once on a mesh that has nothing but the vertex's neighbourhood.
+//! The four children have most of their points in common: every point is one row, which the children share.
 
 use super::corner::{Corner, Kind, grid_points, special_points};
-use super::plan::RefinedPoints;
 use super::rows::{Accumulator, Combination, Rows};
 use super::triangle_points;
 use crate::index::{Edge, Face, HalfEdge, Vertex};
@@ -12,7 +12,7 @@ use crate::mesh::ControlMesh;
 use crate::refine::{Level, NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::{Boundary, Corner as CornerTag, Crease, INFINITE_SHARPNESS, Rules, Tags};
-use crate::topology::{Tables, Topology};
+use crate::topology::{NONE, Tables, Topology};
 
 /// `A` and `X_1 X_2 X_3` over the points of [`special_points`].
 #[derive(Clone, Debug)]
@@ -21,11 +21,11 @@ pub(crate) struct LocalStep {
     pub points: usize,
     /// How many of them belong to the ring of the vertex.
     pub ring: usize,
-    /// `K × K`.
-    pub a: Rows,
-    /// `16 × K` each, child `c` being the quadrant at the face's corner `c`; `12 × K` under Loop, where child 3 is the
-    /// middle.
-    pub x: [Rows; 3],
+    /// `A` in the first `K` rows, and behind it what else the regular children need.
+    pub rows: Rows,
+    /// Which rows `X_1 X_2 X_3` are, one matrix after the other: 16 each, child `c` being the quadrant at the face's corner `c`;
+    /// 12 each under Loop, where child 3 is the middle.
+    x: Box<[u32]>,
 }
 
 impl LocalStep {
@@ -43,7 +43,7 @@ impl LocalStep {
         let order = canonical(t, t.half_edge(Face(own), 0), special.split);
         let points = order.len();
         // Canonical position of every vertex of the mesh.
-        let mut position = vec![u32::MAX; t.vertex_count()];
+        let mut position = vec![NONE; t.vertex_count()];
         for (k, point) in order.iter().enumerate() {
             let [(v, _)] = point[..] else { unreachable!("the neighbourhood has no extrapolated points") };
             position[v as usize] = k as u32;
@@ -51,35 +51,99 @@ impl LocalStep {
         let mut half_edges = NextHalfEdges::default();
         half_edges.list(t, special.split);
         let child = NextLevel::new(t, special.split, &half_edges);
-        let mut refined = RefinedPoints::default();
-        refined.clear(t, child.vertex_count());
-        let (mut sum, mut rows) = (Accumulator::new(points), Rows::default());
-        let mut step = |children: &[Combination]| {
-            rows.clear(points);
-            for child in children {
-                for &(v, w) in child {
-                    let row = refined.row(t, scheme, v) as usize;
-                    for (parent, x) in refined.rows().row(row) {
-                        let p = position[parent as usize];
-                        assert!(p != u32::MAX, "vertex {parent} lies outside the neighbourhood");
-                        sum.add(p, w * x);
-                    }
-                }
-                rows.push(&mut sum);
-            }
-            rows.clone()
-        };
         // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
         let first = |c: u32| child.half_edge(Face(4 * own + c), 0);
-        let a = step(&canonical(&child, first(0), special.split));
-        let x = [1, 2, 3].map(|c| {
+        let mut rows = ChildRows::new(t, scheme, &position, points, child.vertex_count());
+        for point in canonical(&child, first(0), special.split) {
+            let [(v, _)] = point[..] else { unreachable!("nor has the one below") };
+            rows.push(v);
+        }
+        let mut x = Vec::with_capacity(48);
+        for c in 1..4 {
             if quads {
-                step(&grid_points(&child, first(c), false).map(|p| p.expect("a full grid")))
+                let grid = grid_points(&child, first(c), false);
+                x.extend(grid.iter().map(|p| rows.row(p.as_ref().expect("a full grid"))));
             } else {
-                step(&triangle_points::patch_points(&child, first(c)))
+                x.extend(triangle_points::patch_points(&child, first(c)).iter().map(|p| rows.row(p)));
             }
+        }
+        Self { points, ring, rows: rows.rows.shrunk(), x: x.into() }
+    }
+
+    /// The rows of the control points of child `index + 1`.
+    pub fn child(&self, index: usize) -> &[u32] {
+        let points = self.x.len() / 3;
+        &self.x[index * points..(index + 1) * points]
+    }
+
+    /// `out += left · X_c` for child `c = index + 1`.
+    pub fn left_multiply_child(&self, index: usize, left: &[f64], out: &mut [f64]) {
+        for (&i, &w) in self.child(index).iter().zip(left) {
+            if w != 0.0 {
+                self.rows.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
+            }
+        }
+    }
+
+    /// All of `A`, row-major.
+    pub fn dense(&self) -> Vec<f64> {
+        let mut a = self.rows.dense();
+        a.truncate(self.points * self.points);
+        a
+    }
+
+    /// Heap memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.rows.bytes() + size_of_val(&self.x[..])
+    }
+}
+
+/// Points of the level below over the canonical points, one row each.
+struct ChildRows<'a> {
+    parent: &'a Topology,
+    scheme: Scheme,
+    /// Canonical position of every vertex of the parent.
+    position: &'a [u32],
+    rows: Rows,
+    /// Row of every vertex of the level below, or [`NONE`].
+    known: Vec<u32>,
+    sum: Accumulator,
+    mask: Mask,
+}
+
+impl<'a> ChildRows<'a> {
+    fn new(parent: &'a Topology, scheme: Scheme, position: &'a [u32], points: usize, vertices: usize) -> Self {
+        let (known, sum) = (vec![NONE; vertices], Accumulator::new(points));
+        Self { parent, scheme, position, rows: Rows::empty(points), known, sum, mask: Mask::default() }
+    }
+
+    /// Adds the row of a vertex.
+    fn push(&mut self, v: u32) {
+        let Self { parent, scheme, position, rows, known, sum, mask } = self;
+        child_vertex_by(parent, *scheme, v, mask, &mut |parent, w| {
+            let p = position[parent as usize];
+            assert!(p != NONE, "vertex {parent} lies outside the neighbourhood");
+            sum.add(p, w);
         });
-        Self { points, ring, a, x }
+        known[v as usize] = rows.len() as u32;
+        rows.push(sum);
+    }
+
+    /// The row of a point, which is made where it is not known.
+    fn row(&mut self, point: &Combination) -> u32 {
+        for &(v, _) in point {
+            if self.known[v as usize] == NONE {
+                self.push(v);
+            }
+        }
+        if let [(v, _)] = point[..] {
+            return self.known[v as usize];
+        }
+        for &(v, w) in point {
+            self.rows.row(self.known[v as usize] as usize).for_each(|(p, x)| self.sum.add(p, w * x));
+        }
+        self.rows.push(&mut self.sum);
+        self.rows.len() as u32 - 1
     }
 }
 
@@ -246,11 +310,11 @@ mod tests {
 
     fn keeps_constants(step: LocalStep) {
         let rounding = step.points as f64 * f64::EPSILON;
-        let is_one = |rows: &Rows, k: usize| (rows.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding;
-        for k in 0..step.points {
-            assert!(is_one(&step.a, k));
-            assert!(k >= step.ring || step.a.row(k).all(|t| (t.0 as usize) < step.ring));
+        let rows = &step.rows;
+        let is_one = |k: usize| (rows.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding;
+        for k in 0..rows.len() {
+            assert!(is_one(k));
+            assert!(k >= step.ring || rows.row(k).all(|t| (t.0 as usize) < step.ring));
         }
-        step.x.iter().for_each(|x| assert!((0..x.len()).all(|k| is_one(x, k))));
     }
 }

@@ -30,7 +30,6 @@ pub(super) use compile::Numbers;
 pub(super) use fan::may_have_fans;
 pub(crate) use grid_weights::{GridMaker, GridScratch};
 use points::Points;
-pub(super) use refined_points::RefinedPoints;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};

@@ -8,7 +8,7 @@
 use super::box_spline;
 use super::bspline::{cubic, tensor};
 use super::corner::{Corner, Kind};
-use super::deflated::DeflatedPowers;
+use super::deflated::{Deflated, DeflatedPowers};
 use super::eigen::EigenForm;
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
@@ -95,16 +95,9 @@ impl SpecialVertex {
         };
         let even = first.and_then(|first| first.even.clone());
         let even = even.or_else(|| EvenMode::new(corner, &step, &limit).map(Arc::new));
-        let ones = vec![1.0; step.points];
-        let scale = subdominant(corner);
-        let constant = (1.0, ones, limit.clone());
-        let deflated = DeflatedPowers::new(&step.a, scale, vec![constant.clone()]);
+        let deflated = DeflatedPowers::new(step.points, subdominant(corner), Vec::new());
         let linear = tangent::linear_modes(corner, &step, even.as_deref());
-        let second = (!linear.is_empty()).then(|| {
-            let halves = linear.into_iter().map(|(r, l)| (0.5, r, l));
-            let modes = std::iter::once(constant).chain(halves).collect();
-            DeflatedPowers::new(&step.a, after_linear(corner), modes)
-        });
+        let second = (!linear.is_empty()).then(|| DeflatedPowers::new(step.points, after_linear(corner), linear));
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let tangents = tangent::Tangents::new(corner, &step, even.as_deref());
         Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents, even }
@@ -145,10 +138,9 @@ impl SpecialVertex {
     /// first derivatives, at depths above 0 relative to the limit position; with `second` those of what bends, constant and linear
     /// parts left out.
     pub fn child_points(&self, depth: u32, index: usize, second: bool) -> Vec<Vec<f64>> {
-        let x = &self.step.x[index];
-        let point = |k: usize| {
+        let point = |&k: &u32| {
             let mut row = vec![0.0; self.points()];
-            x.row(k).for_each(|(c, w)| row[c as usize] = w);
+            self.step.rows.row(k as usize).for_each(|(c, w)| row[c as usize] = w);
             if depth > 0 {
                 let times = if second { 2 } else { 0 };
                 let factor = self.power(depth, times, &mut row) * 2f64.powi(-times * depth as i32);
@@ -156,7 +148,7 @@ impl SpecialVertex {
             }
             row
         };
-        (0..x.len()).map(point).collect()
+        self.step.child(index).iter().map(point).collect()
     }
 
     /// The limit position over the canonical points.
@@ -179,7 +171,7 @@ impl SpecialVertex {
         let mut out = PointWeights::default();
         for order in 0..count {
             let mut row = vec![0.0; self.points()];
-            self.step.x[index].left_multiply(&basis[order], &mut row);
+            self.step.left_multiply_child(index, &basis[order], &mut row);
             let times = [0, 1, 1, 2, 2, 2][order];
             let factor = if m == 0 { 1.0 } else { self.power(m, times, &mut row) };
             let factor = factor * (2.0 * flip).powi(times);
@@ -212,7 +204,7 @@ impl SpecialVertex {
             Some(second) if times == 2 => second,
             _ => &self.deflated,
         };
-        deflated.apply(&self.step.a, m, row);
+        deflated.apply(Deflated { rows: &self.step.rows, limit: &self.limit }, m, row);
         (growth * deflated.scale).powi(m as i32)
     }
 
@@ -236,14 +228,13 @@ impl SpecialVertex {
 
     /// Heap memory in bytes, the tangents left out.
     pub fn bytes(&self) -> usize {
-        let rows = self.step.a.bytes() + self.step.x.iter().map(|x| x.bytes()).sum::<usize>();
         let powers = match &self.eigen {
             Some(eigen) => eigen.storage_bytes(),
             None => self.deflated.bytes() + self.second.as_ref().map_or(0, DeflatedPowers::bytes),
         };
         // All faces at a dart share what the first one has.
         let even = self.even.as_ref().filter(|_| self.corner.i == 0).map_or(0, |even| even.bytes());
-        rows + powers + 8 * self.limit.len() + even
+        self.step.bytes() + powers + 8 * self.limit.len() + even
     }
 }
 
@@ -252,7 +243,7 @@ fn eigen_form(corner: Corner, step: &LocalStep) -> Option<EigenForm> {
     if corner.split == SplitKind::Triangles {
         return None;
     }
-    EigenForm::new(corner.kind, corner.n as usize, corner.i as usize, &step.a.dense(), step.ring)
+    EigenForm::new(corner.kind, corner.n as usize, corner.i as usize, &step.dense(), step.ring)
 }
 
 /// The largest `m ≥ 0` with `big < 2^-m`, or 0 for `big = 1`.

@@ -94,7 +94,7 @@ pub(crate) fn limit_mask(corner: Corner, step: &LocalStep) -> Vec<f64> {
 /// `row · A`.
 fn times(row: &[f64], step: &LocalStep) -> Vec<f64> {
     let mut out = vec![0.0; row.len()];
-    step.a.left_multiply(row, &mut out);
+    step.rows.left_multiply(row, &mut out);
     out
 }
 
@@ -504,7 +504,7 @@ mod tests {
                 for (r, l) in &modes {
                     assert!(residual(l, 0.5, &step) < 1e-15, "{corner:?}");
                     for k in 0..step.points {
-                        let image: f64 = step.a.row(k).map(|(c, w)| w * r[c as usize]).sum();
+                        let image: f64 = step.rows.row(k).map(|(c, w)| w * r[c as usize]).sum();
                         assert!((image - 0.5 * r[k]).abs() < 1e-15, "{corner:?} point {k}");
                     }
                 }

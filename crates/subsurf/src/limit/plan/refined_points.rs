@@ -8,7 +8,7 @@ use crate::topology::{NONE, Topology};
 
 /// Rows of refined points, in the order in which they were asked for; memory that is used again.
 #[derive(Default)]
-pub(in crate::limit) struct RefinedPoints {
+pub(super) struct RefinedPoints {
     rows: Rows,
     /// Row of every refined vertex, or [`NONE`].
     known: Vec<u32>,
