@@ -99,7 +99,7 @@ pub(crate) fn corner(t: &impl Tables, h: HalfEdge, split: SplitKind) -> (Corner,
 
 /// A vertex itself.
 fn at(t: &impl Tables, h: HalfEdge) -> Combination {
-    vec![(t.origin(h).0, 1.0)]
+    Combination::point(t.origin(h).0)
 }
 
 /// The 4×4 points round the quad whose first corner is at the origin of `h`, in the order of

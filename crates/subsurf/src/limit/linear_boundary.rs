@@ -91,6 +91,6 @@ fn at_corner(t: &Topology, c: usize, scheme: Scheme, specials: &SpecialVertices)
     let vertex = specials.get(kind);
     let mut points = ring_points(t, h, scheme.split());
     // At the vertex itself the points beyond its ring have no weight.
-    points.resize(vertex.points(), Combination::new());
+    points.resize(vertex.points(), Combination::default());
     Some((vertex, Rows::new(t.vertex_count(), &points)))
 }

@@ -30,44 +30,20 @@ pub(crate) struct LocalStep {
 
 impl LocalStep {
     pub fn new(special: Corner) -> Self {
-        let quads = special.split == SplitKind::Quads;
-        let scheme = if quads { Scheme::CatmullClark } else { Scheme::Loop };
-        let (parent, own, ring) = match special {
-            Corner { split: SplitKind::Triangles, n: 2, kind, i } if kind.is_closed() => two_triangles(kind, i),
-            _ => {
-                let (mesh, ring) = if quads { quad_neighbourhood(special) } else { triangle_neighbourhood(special) };
-                (Level::new(&mesh, scheme).expect("the neighbourhood is a mesh"), special.i, ring)
+        let (neighbourhood, face) = Neighbourhood::of(special);
+        neighbourhood.step(face)
+    }
+
+    /// Those of all faces at a dart of valence `n`, which have most of their neighbourhoods in common.
+    pub fn all_at_dart(split: SplitKind, n: u32) -> Vec<Self> {
+        match split {
+            SplitKind::Quads => {
+                let (mesh, ring) = dart_neighbourhood(n);
+                let neighbourhood = Neighbourhood::new(&mesh, Scheme::CatmullClark, ring);
+                (0..n).map(|i| neighbourhood.step(i)).collect()
             }
-        };
-        let t = parent.topology();
-        let order = canonical(t, t.half_edge(Face(own), 0), special.split);
-        let points = order.len();
-        // Canonical position of every vertex of the mesh.
-        let mut position = vec![NONE; t.vertex_count()];
-        for (k, point) in order.iter().enumerate() {
-            let [(v, _)] = point[..] else { unreachable!("the neighbourhood has no extrapolated points") };
-            position[v as usize] = k as u32;
+            SplitKind::Triangles => (0..n).map(|i| Self::new(Corner { split, kind: Kind::Dart, n, i })).collect(),
         }
-        let mut half_edges = NextHalfEdges::default();
-        half_edges.list(t, special.split);
-        let child = NextLevel::new(t, special.split, &half_edges);
-        // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
-        let first = |c: u32| child.half_edge(Face(4 * own + c), 0);
-        let mut rows = ChildRows::new(t, scheme, &position, points, child.vertex_count());
-        for point in canonical(&child, first(0), special.split) {
-            let [(v, _)] = point[..] else { unreachable!("nor has the one below") };
-            rows.push(v);
-        }
-        let mut x = Vec::with_capacity(48);
-        for c in 1..4 {
-            if quads {
-                let grid = grid_points(&child, first(c), false);
-                x.extend(grid.iter().map(|p| rows.row(p.as_ref().expect("a full grid"))));
-            } else {
-                x.extend(triangle_points::patch_points(&child, first(c)).iter().map(|p| rows.row(p)));
-            }
-        }
-        Self { points, ring, rows: rows.rows.shrunk(), x: x.into() }
     }
 
     /// The rows of the control points of child `index + 1`.
@@ -98,6 +74,76 @@ impl LocalStep {
     }
 }
 
+/// The mesh of a special vertex, and what the level below is read off.
+struct Neighbourhood {
+    level: Level,
+    half_edges: NextHalfEdges,
+    /// Number of points of the ring.
+    ring: usize,
+}
+
+impl Neighbourhood {
+    /// That of one face at a special vertex, and the face's number.
+    fn of(special: Corner) -> (Self, u32) {
+        match special {
+            Corner { split: SplitKind::Triangles, n: 2, kind, i } if kind.is_closed() => {
+                let (level, face, ring) = two_triangles(kind, i);
+                (Self::at(level, ring), face)
+            }
+            Corner { split: SplitKind::Quads, i, .. } => {
+                let (mesh, ring) = quad_neighbourhood(special);
+                (Self::new(&mesh, Scheme::CatmullClark, ring), i)
+            }
+            Corner { split: SplitKind::Triangles, i, .. } => {
+                let (mesh, ring) = triangle_neighbourhood(special);
+                (Self::new(&mesh, Scheme::Loop, ring), i)
+            }
+        }
+    }
+
+    fn new(mesh: &ControlMesh, scheme: Scheme, ring: usize) -> Self {
+        Self::at(Level::new(mesh, scheme).expect("the neighbourhood is a mesh"), ring)
+    }
+
+    fn at(level: Level, ring: usize) -> Self {
+        let mut half_edges = NextHalfEdges::default();
+        half_edges.list(level.topology(), level.scheme().split());
+        Self { level, half_edges, ring }
+    }
+
+    /// The step in a face.
+    fn step(&self, own: u32) -> LocalStep {
+        let (t, scheme) = (self.level.topology(), self.level.scheme());
+        let split = scheme.split();
+        let order = canonical(t, t.half_edge(Face(own), 0), split);
+        let points = order.len();
+        // Canonical position of every vertex of the mesh.
+        let mut position = vec![NONE; t.vertex_count()];
+        for (k, point) in order.iter().enumerate() {
+            let [(v, _)] = point[..] else { unreachable!("the neighbourhood has no extrapolated points") };
+            position[v as usize] = k as u32;
+        }
+        let child = NextLevel::new(t, split, &self.half_edges);
+        // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
+        let first = |c: u32| child.half_edge(Face(4 * own + c), 0);
+        let mut rows = ChildRows::new(t, scheme, &position, points, child.vertex_count());
+        for point in canonical(&child, first(0), split) {
+            let [(v, _)] = point[..] else { unreachable!("nor has the one below") };
+            rows.push(v);
+        }
+        let mut x = Vec::with_capacity(48);
+        for c in 1..4 {
+            if split == SplitKind::Quads {
+                let grid = grid_points(&child, first(c), false);
+                x.extend(grid.iter().map(|p| rows.row(p.as_ref().expect("a full grid"))));
+            } else {
+                x.extend(triangle_points::patch_points(&child, first(c)).iter().map(|p| rows.row(p)));
+            }
+        }
+        LocalStep { points, ring: self.ring, rows: rows.rows.shrunk(), x: x.into() }
+    }
+}
+
 /// Points of the level below over the canonical points, one row each.
 struct ChildRows<'a> {
     parent: &'a Topology,
@@ -114,7 +160,10 @@ struct ChildRows<'a> {
 impl<'a> ChildRows<'a> {
     fn new(parent: &'a Topology, scheme: Scheme, position: &'a [u32], points: usize, vertices: usize) -> Self {
         let (known, sum) = (vec![NONE; vertices], Accumulator::new(points));
-        Self { parent, scheme, position, rows: Rows::empty(points), known, sum, mask: Mask::default() }
+        let mut rows = Rows::empty(points);
+        // Behind those of `A` come 9 or 10, or where sides are sharp as many as 17; few have more than 9 terms.
+        rows.reserve(points + 17, 8 * (points + 17));
+        Self { parent, scheme, position, rows, known, sum, mask: Mask::default() }
     }
 
     /// Adds the row of a vertex.
@@ -131,7 +180,7 @@ impl<'a> ChildRows<'a> {
 
     /// The row of a point, which is made where it is not known.
     fn row(&mut self, point: &Combination) -> u32 {
-        for &(v, _) in point {
+        for &(v, _) in &point[..] {
             if self.known[v as usize] == NONE {
                 self.push(v);
             }
@@ -139,7 +188,7 @@ impl<'a> ChildRows<'a> {
         if let [(v, _)] = point[..] {
             return self.known[v as usize];
         }
-        for &(v, w) in point {
+        for &(v, w) in &point[..] {
             self.rows.row(self.known[v as usize] as usize).for_each(|(p, x)| self.sum.add(p, w * x));
         }
         self.rows.push(&mut self.sum);
@@ -226,6 +275,27 @@ pub(super) fn quad_neighbourhood(Corner { kind, n, i, .. }: Corner) -> (ControlM
     (mesh, ring as usize)
 }
 
+/// The mesh of a dart of `n` faces with the outer layers round all of them: the ring first, then for every face `j` the point
+/// straight beyond `e_j` and three round `f_j`. Returns the number of ring points too.
+fn dart_neighbourhood(n: u32) -> (ControlMesh, usize) {
+    let ring = 1 + 2 * n;
+    let spoke = |j: u32| 1 + 2 * (j % n);
+    let beyond = |j: u32| ring + 4 * (j % n);
+    // The faces at the dart come first.
+    let mut faces: Vec<[u32; 4]> = (0..n).map(|j| [0, spoke(j), spoke(j) + 1, spoke(j + 1)]).collect();
+    for j in 0..n {
+        let (a, f, b) = (spoke(j), spoke(j) + 1, spoke(j + 1));
+        let [p20, p21, p22, p12] = [0, 1, 2, 3].map(|k| beyond(j) + k);
+        faces.extend([[a, p20, p21, f], [f, p21, p22, p12], [f, p12, beyond(j + 1), b]]);
+    }
+    let mut tags = vertex_tags(Kind::Dart, spoke(0));
+    tags.creases.push(Crease::new(spoke(0), beyond(0), INFINITE_SHARPNESS));
+    let counts = vec![4; faces.len()];
+    let vertices = (ring + 4 * n) as usize;
+    let mesh = ControlMesh::from_counts(vertices, &counts, faces.concat(), tags).expect("a valid mesh");
+    (mesh, ring as usize)
+}
+
 /// Tags that make vertex 0 what it is; `first` is the end of `e_0`.
 fn vertex_tags(kind: Kind, first: u32) -> Tags {
     let mut tags = Tags { rules: Rules { boundary: Boundary::EdgeOnly, ..Rules::default() }, ..Tags::default() };
@@ -304,6 +374,19 @@ mod tests {
                         keeps_constants(LocalStep::new(Corner { split, kind, n, i }));
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn all_faces_at_a_dart_have_the_steps_that_they_have_alone() {
+        for (split, n) in
+            [SplitKind::Quads, SplitKind::Triangles].into_iter().flat_map(|s| (2..12).map(move |n| (s, n)))
+        {
+            for (i, step) in (0..).zip(LocalStep::all_at_dart(split, n)) {
+                let alone = LocalStep::new(Corner { split, kind: Kind::Dart, n, i });
+                assert_eq!((step.points, step.ring, &step.x), (alone.points, alone.ring, &alone.x));
+                assert!(step.rows.is_like(&alone.rows) && step.rows.weights() == alone.rows.weights(), "{n} {i}");
             }
         }
     }

@@ -62,10 +62,16 @@ impl SpecialVertices {
         if let Some(made) = self.lock().get(&corner) {
             return made.clone();
         }
-        // All faces at a dart take what depends on the valence alone from the first one, whoever comes first.
-        let is_other_at_dart = corner.kind == Kind::Dart && corner.i > 0;
-        let first = is_other_at_dart.then(|| self.get(Corner { i: 0, ..corner }));
-        let new = Arc::new(SpecialVertex::new(corner, self.method, first.as_deref()));
+        if corner.kind == Kind::Dart {
+            // All its faces at once: most of what they need they have in common, and other faces of the mesh need it.
+            let all = SpecialVertex::all_at_dart(corner.split, corner.n, self.method);
+            let mut made = self.lock();
+            for new in all {
+                made.entry(new.corner).or_insert_with(|| new.into());
+            }
+            return made[&corner].clone();
+        }
+        let new = Arc::new(SpecialVertex::new(corner, self.method));
         self.lock().entry(corner).or_insert(new).clone()
     }
 

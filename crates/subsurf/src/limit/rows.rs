@@ -1,7 +1,43 @@
 //! Sparse rows: points as combinations of other points.
 
-/// One point: `(index, weight)` pairs, no index twice where the order matters.
-pub(crate) type Combination = Vec<(u32, f64)>;
+/// One point: `(index, weight)` pairs, no index twice where the order matters. Most are a point itself, which takes no memory of
+/// its own.
+#[derive(Clone, Debug)]
+pub(crate) enum Combination {
+    Point([(u32, f64); 1]),
+    Sum(Vec<(u32, f64)>),
+}
+
+impl Combination {
+    /// Point `i`.
+    pub fn point(i: u32) -> Self {
+        Self::Point([(i, 1.0)])
+    }
+}
+
+impl Default for Combination {
+    /// No terms.
+    fn default() -> Self {
+        Self::Sum(Vec::new())
+    }
+}
+
+impl std::ops::Deref for Combination {
+    type Target = [(u32, f64)];
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Point(term) => term,
+            Self::Sum(terms) => terms,
+        }
+    }
+}
+
+impl FromIterator<(u32, f64)> for Combination {
+    fn from_iter<I: IntoIterator<Item = (u32, f64)>>(terms: I) -> Self {
+        Self::Sum(terms.into_iter().collect())
+    }
+}
 
 /// A compressed sparse row matrix: row `i` is a point as a combination of `columns` points.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +63,13 @@ impl Rows {
         self.columns = columns;
     }
 
+    /// Makes room for so many rows, and so many terms, beyond those that are there.
+    pub fn reserve(&mut self, rows: usize, terms: usize) {
+        self.offset.reserve(rows);
+        self.column.reserve(terms);
+        self.weight.reserve(terms);
+    }
+
     /// Adds a row: the terms added to `sum` since it was last taken from.
     pub fn push(&mut self, sum: &mut Accumulator) {
         sum.drain(|c, w| {
@@ -38,7 +81,7 @@ impl Rows {
 
     /// Rows over `columns` points; terms with the same column are added.
     pub fn new(columns: usize, rows: &[Combination]) -> Self {
-        let most = rows.iter().map(Vec::len).sum();
+        let most = rows.iter().map(|row| row.len()).sum();
         let mut offset = Vec::with_capacity(rows.len() + 1);
         offset.push(0);
         let (column, weight) = (Vec::with_capacity(most), Vec::with_capacity(most));

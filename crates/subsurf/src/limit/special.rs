@@ -81,9 +81,21 @@ pub(crate) struct AtVertex {
 }
 
 impl SpecialVertex {
+    pub fn new(corner: Corner, method: Method) -> Self {
+        Self::with_step(corner, LocalStep::new(corner), method, None)
+    }
+
+    /// A dart from all its faces.
+    pub fn all_at_dart(split: SplitKind, n: u32, method: Method) -> Vec<Self> {
+        let mut all = Vec::<Self>::with_capacity(n as usize);
+        for (i, step) in (0..n).zip(LocalStep::all_at_dart(split, n)) {
+            all.push(Self::with_step(Corner { split, kind: Kind::Dart, n, i }, step, method, all.first()));
+        }
+        all
+    }
+
     /// `first` is the vertex from its first face, where other faces take from it what depends on the valence alone: at darts.
-    pub fn new(corner: Corner, method: Method, first: Option<&Self>) -> Self {
-        let step = LocalStep::new(corner);
+    fn with_step(corner: Corner, step: LocalStep, method: Method, first: Option<&Self>) -> Self {
         let limit = match first {
             // The ring is the same, and nothing else has a weight.
             Some(first) => {
@@ -288,8 +300,8 @@ mod tests {
     fn weights_pass_from_sparse_steps_to_the_eigenbasis_without_a_seam() {
         for (kind, n) in [(Kind::Smooth, 50), (Kind::Crease, 40), (Kind::Corner, 40)] {
             let corner = Corner { split: SplitKind::Quads, kind, n, i: if kind == Kind::Smooth { 0 } else { 3 } };
-            let deflated = SpecialVertex::new(corner, Method::Deflated, None);
-            let eigen = SpecialVertex::new(corner, Method::Eigenbasis, None);
+            let deflated = SpecialVertex::new(corner, Method::Deflated);
+            let eigen = SpecialVertex::new(corner, Method::Eigenbasis);
             for m in [DEEP - 1, DEEP, DEEP + 1, 40] {
                 let (a, b) = (0.7 * 2f64.powi(-(m as i32)), 0.3 * 2f64.powi(-(m as i32)));
                 let (ours, theirs) = (deflated.weights(a, b, 3), eigen.weights(a, b, 3));

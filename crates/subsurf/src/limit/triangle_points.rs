@@ -12,10 +12,6 @@ use crate::topology::Tables;
 const RINGS: [[usize; 6]; 3] = [[6, 7, 4, 1, 0, 2], [7, 3, 2, 5, 9, 10], [3, 6, 10, 11, 8, 4]];
 const CORNERS: [usize; 3] = [3, 6, 7];
 
-fn point(v: u32) -> Combination {
-    vec![(v, 1.0)]
-}
-
 /// The six neighbours of the regular corner at the start of `h`, counter-clockwise from the end of `h`. Those beyond an
 /// infinitely sharp edge are extrapolated, which commutes with refinement exactly.
 fn six_ring(t: &impl Tables, h: HalfEdge) -> [Combination; 6] {
@@ -34,19 +30,19 @@ fn six_ring(t: &impl Tables, h: HalfEdge) -> [Combination; 6] {
     let i = at.i as usize;
     let mut ring: [Combination; 6] = Default::default();
     for (x, &e) in spokes.iter().enumerate() {
-        ring[(x + 6 - i) % 6] = point(e);
+        ring[(x + 6 - i) % 6] = Combination::point(e);
     }
     let e = |x: usize| spokes[x];
     match at.kind {
         Kind::Crease => {
-            ring[(10 - i) % 6] = vec![(v, 1.0), (e(3), 1.0), (e(2), -1.0)];
-            ring[(11 - i) % 6] = vec![(v, 1.0), (e(0), 1.0), (e(1), -1.0)];
+            ring[(10 - i) % 6] = [(v, 1.0), (e(3), 1.0), (e(2), -1.0)].into_iter().collect();
+            ring[(11 - i) % 6] = [(v, 1.0), (e(0), 1.0), (e(1), -1.0)].into_iter().collect();
         }
         Kind::Corner => {
-            ring[2] = vec![(v, 1.0), (e(1), 1.0), (e(0), -1.0)];
-            ring[3] = vec![(v, 2.0), (e(0), -1.0)];
-            ring[4] = vec![(v, 2.0), (e(1), -1.0)];
-            ring[5] = vec![(v, 1.0), (e(0), 1.0), (e(1), -1.0)];
+            ring[2] = [(v, 1.0), (e(1), 1.0), (e(0), -1.0)].into_iter().collect();
+            ring[3] = [(v, 2.0), (e(0), -1.0)].into_iter().collect();
+            ring[4] = [(v, 2.0), (e(1), -1.0)].into_iter().collect();
+            ring[5] = [(v, 1.0), (e(0), 1.0), (e(1), -1.0)].into_iter().collect();
         }
         _ => {}
     }
@@ -58,7 +54,7 @@ pub(crate) fn patch_points(t: &impl Tables, h: HalfEdge) -> [Combination; 12] {
     let mut points: [Combination; 12] = Default::default();
     let mut own = h;
     for (j, ring) in RINGS.iter().enumerate() {
-        points[CORNERS[j]] = point(t.origin(own).0);
+        points[CORNERS[j]] = Combination::point(t.origin(own).0);
         for (&k, p) in ring.iter().zip(six_ring(t, own)) {
             points[k] = p;
         }

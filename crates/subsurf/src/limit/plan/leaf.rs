@@ -18,7 +18,7 @@ impl Compiler<'_> {
     pub fn leaf(&self, t: &Topology, own: &[HalfEdge]) -> Option<Leaf> {
         let split = self.scheme.split();
         if self.scheme == Scheme::Bilinear || t.interpolation == Interpolation::Linear {
-            let corners: Vec<Combination> = own.iter().map(|&h| vec![(t.origin(h).0, 1.0)]).collect();
+            let corners: Vec<Combination> = own.iter().map(|&h| Combination::point(t.origin(h).0)).collect();
             return Some(make(t, LeafShape::Linear, corners, Vec::new()));
         }
         if has_side(t, t.face(own[0]))
