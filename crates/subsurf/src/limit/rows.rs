@@ -65,9 +65,9 @@ impl Rows {
 
     /// Makes room for so many rows, and so many terms, beyond those that are there.
     pub fn reserve(&mut self, rows: usize, terms: usize) {
-        self.offset.reserve(rows);
-        self.column.reserve(terms);
-        self.weight.reserve(terms);
+        self.offset.reserve_exact(rows);
+        self.column.reserve_exact(terms);
+        self.weight.reserve_exact(terms);
     }
 
     /// Adds a row: the terms added to `sum` since it was last taken from.
@@ -82,12 +82,17 @@ impl Rows {
     /// Rows over `columns` points; terms with the same column are added.
     pub fn new(columns: usize, rows: &[Combination]) -> Self {
         let most = rows.iter().map(|row| row.len()).sum();
-        let mut offset = Vec::with_capacity(rows.len() + 1);
-        offset.push(0);
-        let (column, weight) = (Vec::with_capacity(most), Vec::with_capacity(most));
-        let mut out = Self { offset, column, weight, columns };
-        let mut sum = Accumulator::new(columns);
+        let mut out = Self::empty(columns);
+        out.reserve(rows.len(), most);
+        let mut sum = Accumulator::default();
         for row in rows {
+            if let Combination::Point([(c, w)]) = row {
+                out.column.push(*c);
+                out.weight.push(*w);
+                out.offset.push(out.column.len() as u32);
+                continue;
+            }
+            sum.widen(columns);
             row.iter().for_each(|&(c, w)| sum.add(c, w));
             out.push(&mut sum);
         }

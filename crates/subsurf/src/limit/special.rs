@@ -35,14 +35,15 @@ pub(crate) struct SpecialVertex {
     /// Limit position mask.
     limit: Vec<f64>,
     deflated: DeflatedPowers,
-    /// For second derivatives where the mode of eigenvalue 1/2 is linear and would drown them.
-    second: Option<DeflatedPowers>,
+    /// For second derivatives where the mode of eigenvalue 1/2 is linear and would drown them; made when it is first needed.
+    second: OnceLock<DeflatedPowers>,
     eigen: Option<EigenForm>,
     /// Made at the first deep location, where powers are not stored.
     deep: OnceLock<Option<EigenForm>>,
-    tangents: tangent::Tangents,
-    /// Of a dart.
-    even: Option<Arc<EvenMode>>,
+    /// Made when what holds at the vertex itself is first asked for.
+    tangents: OnceLock<tangent::Tangents>,
+    /// Of a dart, one for all its faces; made when one of them first needs it.
+    even: Option<Arc<OnceLock<EvenMode>>>,
 }
 
 /// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
@@ -106,13 +107,30 @@ impl SpecialVertex {
             None => tangent::limit_mask(corner, &step),
         };
         let even = first.and_then(|first| first.even.clone());
-        let even = even.or_else(|| EvenMode::new(corner, &step, &limit).map(Arc::new));
+        let even = even.or_else(|| (corner.kind == Kind::Dart).then(Arc::default));
         let deflated = DeflatedPowers::new(step.points, subdominant(corner), Vec::new());
-        let linear = tangent::linear_modes(corner, &step, even.as_deref());
-        let second = (!linear.is_empty()).then(|| DeflatedPowers::new(step.points, after_linear(corner), linear));
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
-        let tangents = tangent::Tangents::new(corner, &step, even.as_deref());
-        Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents, even }
+        let (second, deep, tangents) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { corner, step, limit, deflated, second, eigen, deep, tangents, even }
+    }
+
+    /// The even mode of a dart, the same bits whichever face asks first.
+    fn even(&self) -> Option<&EvenMode> {
+        let even = self.even.as_ref()?;
+        Some(even.get_or_init(|| EvenMode::new(self.corner, &self.step, &self.limit)))
+    }
+
+    fn tangents(&self) -> &tangent::Tangents {
+        self.tangents.get_or_init(|| tangent::Tangents::new(self.corner, &self.step, self.even()))
+    }
+
+    fn second(&self) -> Option<&DeflatedPowers> {
+        self.parts_second().then(|| {
+            self.second.get_or_init(|| {
+                let linear = tangent::linear_modes(self.corner, &self.step, self.even());
+                DeflatedPowers::new(self.points(), after_linear(self.corner), linear)
+            })
+        })
     }
 
     /// Number of canonical points.
@@ -170,7 +188,7 @@ impl SpecialVertex {
 
     /// True where second derivatives have control points of their own.
     pub fn parts_second(&self) -> bool {
-        self.second.is_some()
+        tangent::has_linear_modes(self.corner)
     }
 
     /// Weights for the first `count` entries of [`ORDERS`](super::bspline::ORDERS) at `(a, b)`.
@@ -209,13 +227,11 @@ impl SpecialVertex {
             self.eigen.as_ref()
         };
         if let Some(eigen) = eigen {
-            eigen.apply(m, row, times == 2 && self.second.is_some());
+            eigen.apply(m, row, times == 2 && self.parts_second());
             return (growth * eigen.scale()).powi(m as i32);
         }
-        let deflated = match &self.second {
-            Some(second) if times == 2 => second,
-            _ => &self.deflated,
-        };
+        let second = if times == 2 { self.second() } else { None };
+        let deflated = second.unwrap_or(&self.deflated);
         deflated.apply(Deflated { rows: &self.step.rows, limit: &self.limit }, m, row);
         (growth * deflated.scale).powi(m as i32)
     }
@@ -224,16 +240,17 @@ impl SpecialVertex {
         let mut out = PointWeights::default();
         out.rows[0] = self.limit.clone();
         if count > 1 {
-            let [du, dv] = self.tangents.directions.clone();
+            let [du, dv] = self.tangents().directions.clone();
             (out.rows[1], out.rows[2]) = (du, dv);
         }
         for row in &mut out.rows[3..count.max(3)] {
             *row = vec![0.0; self.points()];
         }
+        let tangents = self.tangents();
         out.at_vertex = Some(AtVertex {
-            derivatives: self.tangents.derivatives,
-            plane: self.tangents.plane.clone(),
-            unique_normal: self.tangents.unique_normal,
+            derivatives: tangents.derivatives,
+            plane: tangents.plane.clone(),
+            unique_normal: tangents.unique_normal,
         });
         out
     }
@@ -242,10 +259,11 @@ impl SpecialVertex {
     pub fn bytes(&self) -> usize {
         let powers = match &self.eigen {
             Some(eigen) => eigen.storage_bytes(),
-            None => self.deflated.bytes() + self.second.as_ref().map_or(0, DeflatedPowers::bytes),
+            None => self.deflated.bytes() + self.second.get().map_or(0, DeflatedPowers::bytes),
         };
         // All faces at a dart share what the first one has.
-        let even = self.even.as_ref().filter(|_| self.corner.i == 0).map_or(0, |even| even.bytes());
+        let even = self.even.as_ref().filter(|_| self.corner.i == 0).and_then(|even| even.get());
+        let even = even.map_or(0, EvenMode::bytes);
         self.step.bytes() + powers + 8 * self.limit.len() + even
     }
 }
