@@ -19,8 +19,9 @@ use rayon::prelude::*;
 use std::ops::Range;
 use survey::{Found, Shared, Smooth, Survey};
 
-/// Faces a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads.
-const CHUNK: usize = 2048;
+/// Faces a thread takes at a time. Fixed, so that plans get the same numbers for any number of threads. More: threads wait for the
+/// last one; fewer: kinds of patches are met anew in more chunks.
+const CHUNK: usize = 1024;
 
 /// A face, and the corner that its walk starts at.
 pub(super) type Start = (u32, u32);
@@ -63,10 +64,8 @@ impl Gathered {
         size.check(patches)?;
         let shared = Shared::new(t, whole, surveys, names);
 
-        let (mut patch_plan, mut patch_turn) =
-            (subsurf_memory::with_capacity(patches), subsurf_memory::zeroed(patches));
-        patch_plan.resize(patches, NONE);
         // Memory that comes zeroed costs nothing until threads write to it.
+        let (mut patch_plan, mut patch_turn) = (subsurf_memory::zeroed(patches), subsurf_memory::zeroed(patches));
         let (mut ring_start, mut ring) =
             (subsurf_memory::zeroed(patches), subsurf_memory::zeroed(size.direct + size.others));
         let lists = Lists {
@@ -261,7 +260,9 @@ impl Chunk<'_, '_> {
             let sides = t.sides(face);
             let starts = if sides == whole { 0..1 } else { 0..sides };
             if t.is_hole(face) {
-                patch += starts.len();
+                let end = patch + starts.len();
+                self.plan[patch..end].fill(NONE);
+                patch = end;
                 continue;
             }
             let is_smooth = valences != [0; 4];

@@ -170,9 +170,12 @@ impl Topology {
         for v in lonely {
             self.vertex_sharpness.set(v as usize, INFINITE_SHARPNESS);
         }
-        for (v, _) in self.vertex_non_manifold.iter().enumerate().filter(|(_, non_manifold)| **non_manifold) {
-            if !creased.contains(&(v as u32)) {
-                self.vertex_sharpness.set(v, INFINITE_SHARPNESS);
+        // Looked for all at once, since most meshes have none.
+        if self.vertex_non_manifold.contains(&true) {
+            for (v, _) in self.vertex_non_manifold.iter().enumerate().filter(|(_, non_manifold)| **non_manifold) {
+                if !creased.contains(&(v as u32)) {
+                    self.vertex_sharpness.set(v, INFINITE_SHARPNESS);
+                }
             }
         }
         self.index_sharp_edges();

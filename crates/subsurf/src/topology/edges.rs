@@ -49,20 +49,18 @@ impl Edges {
                 // Written whether or not it is one: which half-edges are cannot be guessed.
                 let Some(row) = half_edge.get_mut(k) else { break };
                 *row = h;
-                of_half_edge[h as usize].store(first + k as u32, Relaxed);
                 k += usize::from(is_leader);
             }
-            for (h, ends) in half_edge.iter().zip(vertices) {
-                let next = list.face.next(*h, list.face_offset);
-                *ends = [list.origin[*h as usize], list.origin[next as usize]];
+            for ((&h, ends), edge) in half_edge.iter().zip(vertices).zip(first..) {
+                let next = list.face.next(h, list.face_offset);
+                *ends = [list.origin[h as usize], list.origin[next as usize]];
+                of_half_edge[h as usize].store(edge, Relaxed);
+                // None where there is no twin.
+                if let Some(of_twin) = of_half_edge.get(twin[h as usize] as usize) {
+                    of_twin.store(edge, Relaxed);
+                }
             }
         });
-        let take = |h: usize| {
-            // That of the first of two twins, or of the half-edge itself.
-            let edge = of_half_edge[twin[h].min(h as u32) as usize].load(Relaxed);
-            of_half_edge[h].store(edge, Relaxed);
-        };
-        (0..twin.len()).into_par_iter().with_min_len(SHARE).for_each(take);
         let mut of_half_edge: Vec<u32> = of_half_edge.into_iter().map(AtomicU32::into_inner).collect();
         for &(h, leader) in followers {
             of_half_edge[h as usize] = of_half_edge[leader as usize];
