@@ -14,7 +14,7 @@
 //! sparse step costs `7 K`, and `m` of them undercut a few dense products of `K²`; deep locations there go by the
 //! eigenbasis instead (see [`special`](super::special)).
 
-use super::rows::Rows;
+use super::local_step::LocalStep;
 use std::sync::OnceLock;
 
 /// Most points for which powers are stored. Larger: a pole of valence `n` costs `n³` to build; smaller: evaluation next
@@ -28,8 +28,8 @@ const BITS: usize = 11;
 /// The matrix whose powers are wanted, and its left eigenvector for the eigenvalue 1.
 #[derive(Clone, Copy)]
 pub(crate) struct Deflated<'a> {
-    /// `A` in the first rows.
-    pub rows: &'a Rows,
+    /// `A`.
+    pub step: &'a LocalStep,
     /// `l`.
     pub limit: &'a [f64],
 }
@@ -72,9 +72,9 @@ impl DeflatedPowers {
     }
 
     /// `row · R`.
-    fn sparse_step(&self, Deflated { rows, limit }: Deflated<'_>, row: &[f64]) -> Vec<f64> {
+    fn sparse_step(&self, Deflated { step, limit }: Deflated<'_>, row: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; row.len()];
-        rows.left_multiply(row, &mut out);
+        step.left_multiply(row, &mut out);
         let mut take_out = |part: f64, l: &[f64]| out.iter_mut().zip(l).for_each(|(o, l)| *o -= part * l);
         take_out(row.iter().sum(), limit);
         for (r, l) in &self.linear {

@@ -13,6 +13,7 @@ use crate::refine::{Level, NextHalfEdges, NextLevel};
 use crate::scheme::{Scheme, SplitKind};
 use crate::tags::{Boundary, Corner as CornerTag, Crease, INFINITE_SHARPNESS, Rules, Tags};
 use crate::topology::{NONE, Tables, Topology};
+use std::sync::Arc;
 
 /// `A` and `X_1 X_2 X_3` over the points of [`special_points`].
 #[derive(Clone, Debug)]
@@ -21,8 +22,10 @@ pub(crate) struct LocalStep {
     pub points: usize,
     /// How many of them belong to the ring of the vertex.
     pub ring: usize,
-    /// `A` in the first `K` rows, and behind it what else the regular children need.
-    pub rows: Rows,
+    /// The first rows of `A`, those of the ring: at a dart all faces have the same.
+    inner: Arc<Rows>,
+    /// The other rows of `A`, and behind them what else the regular children need.
+    outer: Rows,
     /// Which rows `X_1 X_2 X_3` are, one matrix after the other: 16 each, child `c` being the quadrant at the face's corner `c`;
     /// 12 each under Loop, where child 3 is the middle.
     x: Box<[u32]>,
@@ -31,19 +34,40 @@ pub(crate) struct LocalStep {
 impl LocalStep {
     pub fn new(special: Corner) -> Self {
         let (neighbourhood, face) = Neighbourhood::of(special);
-        neighbourhood.step(face)
+        neighbourhood.step(face, None)
     }
 
     /// Those of all faces at a dart of valence `n`, which have most of their neighbourhoods in common.
     pub fn all_at_dart(split: SplitKind, n: u32) -> Vec<Self> {
-        match split {
-            SplitKind::Quads => {
-                let (mesh, ring) = dart_neighbourhood(n);
-                let neighbourhood = Neighbourhood::new(&mesh, Scheme::CatmullClark, ring);
-                (0..n).map(|i| neighbourhood.step(i)).collect()
-            }
-            SplitKind::Triangles => (0..n).map(|i| Self::new(Corner { split, kind: Kind::Dart, n, i })).collect(),
+        let round_all = (split == SplitKind::Quads).then(|| {
+            let (mesh, ring) = dart_neighbourhood(n);
+            Neighbourhood::new(&mesh, Scheme::CatmullClark, ring)
+        });
+        let mut all = Vec::<Self>::with_capacity(n as usize);
+        for i in 0..n {
+            let inner = all.first().map(|first| &first.inner);
+            let step = match &round_all {
+                Some(neighbourhood) => neighbourhood.step(i, inner),
+                None => {
+                    let (neighbourhood, face) = Neighbourhood::of(Corner { split, kind: Kind::Dart, n, i });
+                    neighbourhood.step(face, inner)
+                }
+            };
+            all.push(step);
         }
+        all
+    }
+
+    /// Row `i`: of `A` where that has so many.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        if i < self.ring { self.inner.row(i) } else { self.outer.row(i - self.ring) }
+    }
+
+    /// `out += left · A`.
+    pub fn left_multiply(&self, left: &[f64], out: &mut [f64]) {
+        let (on_ring, beyond) = left.split_at(self.ring);
+        self.inner.left_multiply(on_ring, out);
+        self.outer.left_multiply(beyond, out);
     }
 
     /// The rows of the control points of child `index + 1`.
@@ -56,21 +80,28 @@ impl LocalStep {
     pub fn left_multiply_child(&self, index: usize, left: &[f64], out: &mut [f64]) {
         for (&i, &w) in self.child(index).iter().zip(left) {
             if w != 0.0 {
-                self.rows.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
+                self.row(i as usize).for_each(|(c, x)| out[c as usize] += w * x);
             }
         }
     }
 
     /// All of `A`, row-major.
     pub fn dense(&self) -> Vec<f64> {
-        let mut a = self.rows.dense();
-        a.truncate(self.points * self.points);
+        let mut a = vec![0.0; self.points * self.points];
+        for (i, out) in a.chunks_exact_mut(self.points).enumerate() {
+            self.row(i).for_each(|(c, w)| out[c as usize] = w);
+        }
         a
     }
 
-    /// Heap memory in bytes.
+    /// Heap memory in bytes, the ring's rows left out.
     pub fn bytes(&self) -> usize {
-        self.rows.bytes() + size_of_val(&self.x[..])
+        self.outer.bytes() + size_of_val(&self.x[..])
+    }
+
+    /// That of the ring's rows.
+    pub fn ring_bytes(&self) -> usize {
+        self.inner.bytes()
     }
 }
 
@@ -111,8 +142,8 @@ impl Neighbourhood {
         Self { level, half_edges, ring }
     }
 
-    /// The step in a face.
-    fn step(&self, own: u32) -> LocalStep {
+    /// The step in a face; `inner` are the ring's rows, if they are known.
+    fn step(&self, own: u32, inner: Option<&Arc<Rows>>) -> LocalStep {
         let (t, scheme) = (self.level.topology(), self.level.scheme());
         let split = scheme.split();
         let order = canonical(t, t.half_edge(Face(own), 0), split);
@@ -126,11 +157,23 @@ impl Neighbourhood {
         let child = NextLevel::new(t, split, &self.half_edges);
         // Children are numbered four to a face; corner c of child c < 4 (3 under Loop) is the old vertex.
         let first = |c: u32| child.half_edge(Face(4 * own + c), 0);
+        let below: Vec<u32> = canonical(&child, first(0), split)
+            .iter()
+            .map(|point| if let [(v, _)] = point[..] { v } else { unreachable!("nor has the one below") })
+            .collect();
+        let (on_ring, beyond) = below.split_at(self.ring);
         let mut rows = ChildRows::new(t, scheme, &position, points, child.vertex_count());
-        for point in canonical(&child, first(0), split) {
-            let [(v, _)] = point[..] else { unreachable!("nor has the one below") };
-            rows.push(v);
-        }
+        rows.inner = match inner {
+            Some(inner) => {
+                on_ring.iter().zip(0..).for_each(|(&v, k)| rows.known[v as usize] = k);
+                inner.clone()
+            }
+            None => {
+                on_ring.iter().for_each(|&v| rows.push(v));
+                Arc::new(std::mem::replace(&mut rows.outer, Rows::empty(points)).shrunk())
+            }
+        };
+        beyond.iter().for_each(|&v| rows.push(v));
         let mut x = Vec::with_capacity(48);
         for c in 1..4 {
             if split == SplitKind::Quads {
@@ -140,7 +183,8 @@ impl Neighbourhood {
                 x.extend(triangle_points::patch_points(&child, first(c)).iter().map(|p| rows.row(p)));
             }
         }
-        LocalStep { points, ring: self.ring, rows: rows.rows.shrunk(), x: x.into() }
+        let ChildRows { inner, outer, .. } = rows;
+        LocalStep { points, ring: self.ring, inner, outer: outer.shrunk(), x: x.into() }
     }
 }
 
@@ -150,7 +194,9 @@ struct ChildRows<'a> {
     scheme: Scheme,
     /// Canonical position of every vertex of the parent.
     position: &'a [u32],
-    rows: Rows,
+    /// Those of the ring, once they are known, and all others.
+    inner: Arc<Rows>,
+    outer: Rows,
     /// Row of every vertex of the level below, or [`NONE`].
     known: Vec<u32>,
     sum: Accumulator,
@@ -160,22 +206,25 @@ struct ChildRows<'a> {
 impl<'a> ChildRows<'a> {
     fn new(parent: &'a Topology, scheme: Scheme, position: &'a [u32], points: usize, vertices: usize) -> Self {
         let (known, sum) = (vec![NONE; vertices], Accumulator::new(points));
-        let mut rows = Rows::empty(points);
-        // Behind those of `A` come 9 or 10, or where sides are sharp as many as 17; few have more than 9 terms.
-        rows.reserve(points + 17, 8 * (points + 17));
-        Self { parent, scheme, position, rows, known, sum, mask: Mask::default() }
+        let (inner, outer) = (Arc::new(Rows::empty(points)), Rows::empty(points));
+        Self { parent, scheme, position, inner, outer, known, sum, mask: Mask::default() }
+    }
+
+    /// Number of rows.
+    fn len(&self) -> usize {
+        self.inner.len() + self.outer.len()
     }
 
     /// Adds the row of a vertex.
     fn push(&mut self, v: u32) {
-        let Self { parent, scheme, position, rows, known, sum, mask } = self;
+        self.known[v as usize] = self.len() as u32;
+        let Self { parent, scheme, position, outer, sum, mask, .. } = self;
         child_vertex_by(parent, *scheme, v, mask, &mut |parent, w| {
             let p = position[parent as usize];
             assert!(p != NONE, "vertex {parent} lies outside the neighbourhood");
             sum.add(p, w);
         });
-        known[v as usize] = rows.len() as u32;
-        rows.push(sum);
+        outer.push(sum);
     }
 
     /// The row of a point, which is made where it is not known.
@@ -188,11 +237,15 @@ impl<'a> ChildRows<'a> {
         if let [(v, _)] = point[..] {
             return self.known[v as usize];
         }
+        let number = self.len() as u32;
+        let Self { inner, outer, known, sum, .. } = self;
         for &(v, w) in &point[..] {
-            self.rows.row(self.known[v as usize] as usize).for_each(|(p, x)| self.sum.add(p, w * x));
+            let row = known[v as usize] as usize;
+            let terms = if row < inner.len() { inner.row(row) } else { outer.row(row - inner.len()) };
+            terms.for_each(|(p, x)| sum.add(p, w * x));
         }
-        self.rows.push(&mut self.sum);
-        self.rows.len() as u32 - 1
+        outer.push(sum);
+        number
     }
 }
 
@@ -385,25 +438,21 @@ mod tests {
         {
             let all = LocalStep::all_at_dart(split, n);
             for (i, step) in (0..).zip(&all) {
-                // So it does not matter which face gives all of them what depends on the ring alone.
-                let ring = |step: &LocalStep| {
-                    (0..step.ring).flat_map(|k| step.rows.row(k).collect::<Vec<_>>()).collect::<Vec<_>>()
-                };
-                assert_eq!(ring(step), ring(&all[0]));
                 let alone = LocalStep::new(Corner { split, kind: Kind::Dart, n, i });
                 assert_eq!((step.points, step.ring, &step.x), (alone.points, alone.ring, &alone.x));
-                assert!(step.rows.is_like(&alone.rows) && step.rows.weights() == alone.rows.weights(), "{n} {i}");
+                for (rows, others) in [(&*step.inner, &*alone.inner), (&step.outer, &alone.outer)] {
+                    assert!(rows.is_like(others) && rows.weights() == others.weights(), "{n} {i}");
+                }
             }
         }
     }
 
     fn keeps_constants(step: LocalStep) {
         let rounding = step.points as f64 * f64::EPSILON;
-        let rows = &step.rows;
-        let is_one = |k: usize| (rows.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding;
-        for k in 0..rows.len() {
+        let is_one = |k: usize| (step.row(k).map(|t| t.1).sum::<f64>() - 1.0).abs() < rounding;
+        for k in 0..step.ring + step.outer.len() {
             assert!(is_one(k));
-            assert!(k >= step.ring || rows.row(k).all(|t| (t.0 as usize) < step.ring));
+            assert!(k >= step.ring || step.row(k).all(|t| (t.0 as usize) < step.ring));
         }
     }
 }

@@ -161,6 +161,7 @@ impl Rows {
     }
 
     /// All entries, row-major.
+    #[cfg(test)]
     pub fn dense(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.len() * self.columns];
         for i in 0..self.len() {

@@ -170,7 +170,7 @@ impl SpecialVertex {
     pub fn child_points(&self, depth: u32, index: usize, second: bool) -> Vec<Vec<f64>> {
         let point = |&k: &u32| {
             let mut row = vec![0.0; self.points()];
-            self.step.rows.row(k as usize).for_each(|(c, w)| row[c as usize] = w);
+            self.step.row(k as usize).for_each(|(c, w)| row[c as usize] = w);
             if depth > 0 {
                 let times = if second { 2 } else { 0 };
                 let factor = self.power(depth, times, &mut row) * 2f64.powi(-times * depth as i32);
@@ -232,7 +232,7 @@ impl SpecialVertex {
         }
         let second = if times == 2 { self.second() } else { None };
         let deflated = second.unwrap_or(&self.deflated);
-        deflated.apply(Deflated { rows: &self.step.rows, limit: &self.limit }, m, row);
+        deflated.apply(Deflated { step: &self.step, limit: &self.limit }, m, row);
         (growth * deflated.scale).powi(m as i32)
     }
 
@@ -262,9 +262,13 @@ impl SpecialVertex {
             None => self.deflated.bytes() + self.second.get().map_or(0, DeflatedPowers::bytes),
         };
         // All faces at a dart share what the first one has.
-        let even = self.even.as_ref().filter(|_| self.corner.i == 0).and_then(|even| even.get());
-        let even = even.map_or(0, EvenMode::bytes);
-        self.step.bytes() + powers + 8 * self.limit.len() + even
+        let shared = if self.corner.i == 0 || self.corner.kind != Kind::Dart {
+            let even = self.even.as_ref().and_then(|even| even.get());
+            self.step.ring_bytes() + even.map_or(0, EvenMode::bytes)
+        } else {
+            0
+        };
+        self.step.bytes() + powers + size_of_val(&self.limit[..]) + shared
     }
 }
 

@@ -58,7 +58,7 @@ fn round_mode(split: SplitKind, n: u32) -> f64 {
     let kind = |point: usize| if point == 0 { 0 } else { 1 + (point - 1) % (kinds - 1) };
     let mut m = [[0.0; 3]; 3];
     for row in 0..kinds {
-        step.rows.row(row).for_each(|(c, w)| m[row][kind(c as usize)] += w);
+        step.row(row).for_each(|(c, w)| m[row][kind(c as usize)] += w);
     }
     // Without the eigenvalue 1: sum and product of the other two (of the other one, the product being 0).
     let sum = m[0][0] + m[1][1] + m[2][2] - 1.0;

@@ -105,7 +105,7 @@ fn times_power(mut row: Vec<f64>, step: &LocalStep, m: usize) -> Vec<f64> {
     let mut next = vec![0.0; row.len()];
     for _ in 0..m {
         next.fill(0.0);
-        step.rows.left_multiply(&row, &mut next);
+        step.left_multiply(&row, &mut next);
         std::mem::swap(&mut row, &mut next);
     }
     row
@@ -542,7 +542,7 @@ mod tests {
                 for (r, l) in &modes {
                     assert!(residual(l, 0.5, &step) < 1e-15, "{corner:?}");
                     for k in 0..step.points {
-                        let image: f64 = step.rows.row(k).map(|(c, w)| w * r[c as usize]).sum();
+                        let image: f64 = step.row(k).map(|(c, w)| w * r[c as usize]).sum();
                         assert!((image - 0.5 * r[k]).abs() < 1e-15, "{corner:?} point {k}");
                     }
                 }
