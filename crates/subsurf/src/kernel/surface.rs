@@ -62,22 +62,33 @@ impl<T: Real> SurfaceMatrix<T> {
         wanted: impl Fn(usize) -> bool,
         out: Samples<'_, T, N>,
     ) -> bool {
-        let relative = &mut relative[..self.points];
         dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
-            || {
-                match self.orders {
-                    1 => {
-                        let (base, _) = ring.gather::<false>(relative);
-                        self.positions(simd, relative, base, wanted, out)
-                    }
-                    _ => {
-                        let (base, extent) = ring.gather::<true>(relative);
-                        self.with_normals(simd, relative, (base, extent), wanted, out)
-                    }
-                }
-            }
+            || self.evaluate_with(simd, ring, relative, wanted, out)
         ))
+    }
+
+    /// [`evaluate`](Self::evaluate) within a loop that is compiled for the machine's vectors.
+    #[inline(always)]
+    pub fn evaluate_with<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        ring: Ring<'_, T, N>,
+        relative: &mut [[T; N]],
+        wanted: impl Fn(usize) -> bool,
+        out: Samples<'_, T, N>,
+    ) -> bool {
+        let relative = &mut relative[..self.points];
+        match self.orders {
+            1 => {
+                let (base, _) = ring.gather::<false>(relative);
+                self.positions(simd, relative, base, wanted, out)
+            }
+            _ => {
+                let (base, extent) = ring.gather::<true>(relative);
+                self.with_normals(simd, relative, (base, extent), wanted, out)
+            }
+        }
     }
 
     #[inline(always)]
