@@ -16,12 +16,15 @@ pub(super) const MIDDLE: f64 = 0.5;
 const FROM_POINTS: [[f64; 2]; 4] =
     [[1.0 / 48.0, 23.0 / 48.0], [1.0 / 8.0, 5.0 / 8.0], [0.25, -0.25], [1.0 / 6.0, -0.5]];
 
+/// Coefficients of a curve from its control points.
+pub(super) fn curve_coefficients(p: [f64; 4]) -> [f64; 4] {
+    let sums = [[p[0] + p[3], p[1] + p[2]], [p[3] - p[0], p[2] - p[1]]];
+    std::array::from_fn(|k| FROM_POINTS[k][0] * sums[k % 2][0] + FROM_POINTS[k][1] * sums[k % 2][1])
+}
+
 /// Coefficients of a patch from its control points.
 pub(super) fn coefficients(points: &[f64; LANES]) -> [f64; LANES] {
-    let curve = |p: [f64; 4]| -> [f64; 4] {
-        let sums = [[p[0] + p[3], p[1] + p[2]], [p[3] - p[0], p[2] - p[1]]];
-        std::array::from_fn(|k| FROM_POINTS[k][0] * sums[k % 2][0] + FROM_POINTS[k][1] * sums[k % 2][1])
-    };
+    let curve = curve_coefficients;
     let rows: [[f64; 4]; 4] = std::array::from_fn(|j| curve(std::array::from_fn(|i| points[4 * j + i])));
     let columns: [[f64; 4]; 4] = std::array::from_fn(|i| curve(std::array::from_fn(|j| rows[j][i])));
     std::array::from_fn(|k| columns[k % 4][k / 4])

@@ -12,6 +12,7 @@ use super::deflated::DeflatedPowers;
 use super::eigen::EigenForm;
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
+use super::plan::KeptCoefficients;
 use super::tangent::{self, EvenMode};
 use crate::scheme::SplitKind;
 use std::sync::{Arc, OnceLock};
@@ -43,6 +44,8 @@ pub(crate) struct SpecialVertex {
     tangents: tangent::Tangents,
     /// Of a dart.
     even: Option<Arc<EvenMode>>,
+    /// Of the pieces that were met.
+    coefficients: KeptCoefficients,
 }
 
 /// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
@@ -107,7 +110,23 @@ impl SpecialVertex {
         });
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let tangents = tangent::Tangents::new(corner, &step, even.as_deref());
-        Self { corner, step, limit, deflated, second, eigen, deep: OnceLock::new(), tangents, even }
+        Self {
+            corner,
+            step,
+            limit,
+            deflated,
+            second,
+            eigen,
+            deep: OnceLock::new(),
+            tangents,
+            even,
+            coefficients: KeptCoefficients::default(),
+        }
+    }
+
+    /// What is kept of its pieces.
+    pub fn kept_coefficients(&self) -> &KeptCoefficients {
+        &self.coefficients
     }
 
     /// Number of canonical points.
@@ -243,7 +262,7 @@ impl SpecialVertex {
         };
         // All faces at a dart share what the first one has.
         let even = self.even.as_ref().filter(|_| self.corner.i == 0).map_or(0, |even| even.bytes());
-        rows + powers + 8 * self.limit.len() + even
+        rows + powers + 8 * self.limit.len() + even + self.coefficients.bytes()
     }
 }
 
