@@ -3,6 +3,7 @@
 //!
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
+mod by_values;
 mod channel;
 mod corner_rows;
 mod evaluate;
@@ -15,9 +16,9 @@ mod normals;
 mod output;
 mod patch_grid;
 mod pattern;
-mod piecewise;
 mod rates;
 mod sample;
+mod selection;
 mod shade;
 mod tessellator;
 

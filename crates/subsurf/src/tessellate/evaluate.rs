@@ -1,7 +1,8 @@
 //! One frame of a uniform tessellation: patterns of weights times control points, sums in the caller's precision relative to
-//! one control point of the face. Every sample is evaluated by its owner alone. Faces of a chunk come in order, and so do
+//! one control point of the face; where there is no pattern, by values in `f64`. Every sample is evaluated by its owner alone. Faces of a chunk come in order, and so do
 //! the points inside them and the vertices and edges that they own: each kind is one run of the result.
 
+use super::by_values::ValueMemory;
 use super::corner_rows::{CornerRow, corner_of};
 use super::grid::{self, ALL, GridSamples, Parts, turned_parts};
 use super::normals::Sides;
@@ -9,10 +10,10 @@ use super::output::{Output, Vertices, of};
 use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
-use crate::kernel::{LANES, Ring, Samples, SurfaceMatrix, unit_normals_of};
+use crate::kernel::{LANES, Ring, Samples, level, unit_normals_of};
 use crate::limit::Location;
-use crate::limit::plan::GridScratch;
 use crate::real::{Real, round};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -33,9 +34,8 @@ struct Scratch<T, const N: usize> {
     normals: Vec<[T; 3]>,
     /// By block, the samples whose normals are to be had otherwise.
     unsure: Vec<u32>,
-    /// Of patterns that are made in passing.
-    matrix: SurfaceMatrix<T>,
-    grid: GridScratch,
+    /// Of faces without a pattern.
+    values: ValueMemory,
 }
 
 /// A chunk of faces and the parts of the result that it fills: at its vertices, inside its edges, inside its faces.
@@ -169,46 +169,79 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let layout = self.sampler.layout();
         let table = layout.table;
         let first_edge = layout.edge_range(&task.faces).start;
-        for face in task.faces.clone().map(Face).filter(|&f| !table.topology().is_hole(f)) {
+        let faces = task.faces.clone();
+        let mut next = faces.start;
+        while next < faces.end {
+            let face = Face(next);
+            next += 1;
+            if table.topology().is_hole(face) {
+                continue;
+            }
             if table.subfaces(face) > 1 {
                 self.polygon(face, first_edge, &mut task, scratch);
                 continue;
             }
             let patch = table.patch(face, 0);
             match self.patterns.of_patch(patch) {
-                Some(pattern) if pattern.is_own => self.own(face, patch, pattern, &mut task, scratch),
+                Some(pattern) if pattern.is_own => {
+                    let is_alike = |&f: &u32| {
+                        let face = Face(f);
+                        let is_one = table.subfaces(face) == 1 && !table.topology().is_hole(face);
+                        let other = is_one.then(|| self.patterns.of_patch(table.patch(face, 0))).flatten();
+                        other.is_some_and(|other| std::ptr::eq(other, pattern))
+                    };
+                    next = (next..faces.end).find(|f| !is_alike(f)).unwrap_or(faces.end);
+                    self.own(face.0..next, pattern, &mut task, scratch);
+                }
                 Some(_) => self.shared(face, patch, &mut task, scratch),
-                None => self.passing(face, patch, &mut task, scratch),
+                None => self.alone(face, patch, &mut task, scratch),
             }
         }
     }
 
-    /// A face whose pattern is made for it alone, or has none.
-    fn passing(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
-        let memory = std::mem::take(&mut scratch.matrix);
-        match self.patterns.pass(patch, memory, &mut scratch.grid) {
-            Some(pattern) => {
-                self.own(face, patch, &pattern, task, scratch);
-                scratch.matrix = pattern.matrix;
-            }
-            None => self.shared(face, patch, task, scratch),
-        }
+    /// A face without a pattern.
+    fn alone(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+        let layout = self.sampler.layout();
+        let selection = self.patterns.selection(false, layout.owned(patch), layout.table.turn(patch));
+        let maker = self.patterns.maker(false);
+        self.in_order(face, &selection.samples, 0, task, scratch, |values, _, out| {
+            self.by_values(maker, patch, selection, values, out)
+        });
     }
 
-    /// A face whose pattern has its own samples, in the order of the result.
-    fn own(
+    /// Faces that follow each other and share a pattern with their own samples, in the order of the result.
+    fn own(&self, faces: Range<u32>, pattern: &Pattern<T>, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+        let points = pattern.matrix.points();
+        let (table, control) = (self.sampler.layout().table, self.sampler.surface().points());
+        dispatch!(level(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                for face in faces.map(Face) {
+                    let numbers = table.ring_of(table.patch(face, 0), points);
+                    self.in_order(face, &pattern.samples, points, task, scratch, #[inline(always)] |_, ring, out| {
+                        pattern.matrix.evaluate_with(simd, Ring { numbers, control }, ring, #[inline(always)] |_| true, out)
+                    });
+                }
+            }
+        ));
+    }
+
+    /// A face whose samples are in the order of the result; `evaluate` fills them, with memory for `ring` points, and says whether
+    /// some normals are to be had otherwise.
+    #[inline(always)]
+    fn in_order(
         &self,
         face: Face,
-        patch: usize,
-        pattern: &Pattern<T>,
+        samples: &GridSamples,
+        ring: usize,
         task: &mut Task<'_, T, N>,
         scratch: &mut Scratch<T, N>,
+        evaluate: impl FnOnce(&mut ValueMemory, &mut [[T; N]], Samples<'_, T, N>) -> bool,
     ) {
-        let samples = &pattern.samples;
         let length = samples.blocks() * LANES;
         let with_normals = self.sampler.with_normals();
-        scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
-        let Scratch { ring, points: kept_points, normals: kept_normals, unsure, .. } = scratch;
+        scratch.resize(samples.blocks(), ring, with_normals);
+        let Scratch { ring, points: kept_points, normals: kept_normals, unsure, values } = scratch;
         // Blocks may end beyond the samples inside: later faces write over what they leave there.
         let has_room = task.inside.points.len() >= length;
         let points = if has_room { &mut task.inside.points[..length] } else { &mut kept_points[..length] };
@@ -217,16 +250,13 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             (true, true) => &mut task.inside.normals[..length],
             (true, false) => &mut kept_normals[..length],
         };
-        let control = self.sampler.surface().points();
-        let numbers = self.sampler.layout().table.ring_of(patch, pattern.matrix.points());
-        let out = Samples { points: &mut *points, normals: &mut *normals, unsure };
-        if pattern.matrix.evaluate(Ring { numbers, control }, ring, |_| true, out) {
+        if evaluate(values, ring, Samples { points: &mut *points, normals: &mut *normals, unsure }) {
             self.sure_normals(face, 0, samples, (0, ALL), normals, unsure);
         }
         let (inside, along) = (samples.inside(), samples.inside() + samples.along_sides());
 
-        task.edges.put(&points[inside..along], of(normals, inside..along));
-        task.vertices.put(&points[along..samples.len()], of(normals, along..samples.len()));
+        task.edges.put_few(inside..along, points, normals);
+        task.vertices.put_few(along..samples.len(), points, normals);
         if has_room {
             task.inside.skip(inside);
         } else {
@@ -234,7 +264,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
     }
 
-    /// A face that shares its pattern with others that lie otherwise, or has none.
+    /// A face that shares its pattern with others that lie otherwise.
     fn shared(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let is_triangle = layout.is_triangle();
@@ -300,9 +330,15 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let turn = table.turn(patch);
         let with_normals = self.sampler.with_normals();
         let Some(pattern) = self.patterns.of_patch(patch) else {
-            let samples = self.patterns.all(table.subfaces(face) > 1);
+            let is_subface = table.subfaces(face) > 1;
+            let selection = self.patterns.selection(is_subface, parts, 0);
+            let samples = &selection.samples;
             scratch.resize(samples.blocks(), 0, with_normals);
-            self.piecewise((face, subface), samples, parts, &mut scratch.points, &mut scratch.normals);
+            let Scratch { points, normals, unsure, values, .. } = scratch;
+            let out = Samples { points, normals, unsure };
+            if self.by_values(self.patterns.maker(is_subface), patch, selection, values, out) {
+                self.sure_normals(face, subface, samples, (turn, parts), normals, unsure);
+            }
             return samples;
         };
         let samples = &pattern.samples;
@@ -345,8 +381,7 @@ impl<T: Real, const N: usize> Default for Scratch<T, N> {
             points: Vec::new(),
             normals: Vec::new(),
             unsure: Vec::new(),
-            matrix: SurfaceMatrix::default(),
-            grid: GridScratch::default(),
+            values: ValueMemory::default(),
         }
     }
 }
@@ -401,7 +436,7 @@ mod tests {
             let layout = Layout::new(&table, PatchRates::Uniform { rate: 6, edges });
             let sampler = Sampler::new(table.surface(&shape.positions), &layout, Some(NormalOf::SPACE));
             let evaluate = |bytes: [usize; 2]| {
-                let patterns = Patterns::within(&layout, Some(&Sides::default()), Frames::One, bytes);
+                let patterns = Patterns::within(&layout, Some(&Sides::default()), Frames::Many, bytes);
                 let (mut points, mut normals) = (vec![[0.0; 3]; layout.points()], vec![[0.0; 3]; layout.points()]);
                 let out = Output { points: &mut points, normals: &mut normals };
                 Evaluator { patterns: &patterns, sampler }.evaluate(out, &mut Vertices::default());

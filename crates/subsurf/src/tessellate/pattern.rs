@@ -1,10 +1,12 @@
 //! Weights of the samples of uniform tessellations, made once for all faces of a plan: everything about a frame that
-//! positions have no say in.
+//! positions have no say in. Faces whose plan has too few of them, or whose weights would be too large, are evaluated by
+//! their values.
 
 use super::corner_rows::{CornerRow, CornerRows};
 use super::grid::{ALL, GridSamples, Parts};
 use super::layout::Layout;
 use super::normals::Sides;
+use super::selection::{Selection, Selections};
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
@@ -14,13 +16,13 @@ use crate::topology::NONE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Largest memory for the weights of one pattern, and of all; beyond it samples are evaluated one by one. Larger: memory;
+/// Largest memory for the weights of one pattern, and of all; beyond it faces are evaluated by their values. Larger: memory;
 /// smaller: time at high rates.
 const PATTERN_BYTES: usize = 32 << 20;
 const ALL_PATTERN_BYTES: usize = 512 << 20;
 
-/// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to make,
-/// and to read, than the face takes sub-patch by sub-patch; smaller: more faces that are evaluated that way.
+/// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to
+/// read than the face takes by its values; smaller: more faces that are evaluated that way.
 const MOST_BYTES_PER_FACE: usize = 256 << 10;
 
 /// How often patterns are used.
@@ -31,6 +33,15 @@ pub(super) enum Frames {
 }
 
 impl Frames {
+    /// Faces of a plan from which on it has patterns. Larger: faces that go down the patch tree each by itself; smaller: weights that
+    /// are made for few uses.
+    fn some_faces(self) -> u32 {
+        match self {
+            Self::One => 8,
+            Self::Many => 1,
+        }
+    }
+
     /// Faces that lie in one way and evaluate the same sides and corners, from which on they get a pattern of just these
     /// samples, in their own order. Larger: more samples that no face uses, and copying; smaller: patterns to make, and
     /// weights that leave the cache.
@@ -60,25 +71,18 @@ struct Wanted {
     parts: Parts,
     /// How the faces lie that it is for alone.
     own: Option<u8>,
-    /// True where it is made for one face and one frame, when that is evaluated.
-    is_passing: bool,
 }
-
-/// Numbers of patterns that are made in passing count from here.
-const PASSING: u32 = 1 << 31;
 
 /// What a tessellation's faces are evaluated with.
 pub(super) struct Patterns<'a, T> {
     patterns: Vec<Pattern<T>>,
-    /// Pattern of every patch; from [`PASSING`] on, those that are made in passing.
+    /// Pattern of every patch.
     of_patch: Vec<u32>,
-    passing: Vec<Wanted>,
-    /// What makes patterns, by kind of patch (whole face, sub-face).
+    /// What makes patterns and evaluates faces without, by kind of patch (whole face, sub-face).
     makers: [Option<GridMaker<'a>>; 2],
-    is_triangle: bool,
     corners: CornerRows<T>,
-    /// Samples of patches without a pattern, by kind of patch (whole face, sub-face).
-    all: [Option<GridSamples>; 2],
+    /// Samples of patches without a pattern.
+    selections: Selections,
     /// Samples inside turned faces: by kind of patch (whole face, sub-face) and turn.
     turned: [Vec<Vec<u32>>; 2],
 }
@@ -108,26 +112,16 @@ impl<'a, T: Real> Patterns<'a, T> {
         let makers = layout.cells.map(maker);
         let make = |scratch: &mut GridScratch, (wanted, fits): (&Wanted, &bool)| {
             let maker = makers.iter().flatten().find(|maker| maker.cells() == wanted.cells)?;
-            let is_wanted = *fits && !wanted.is_passing;
-            is_wanted.then(|| wanted.pattern(is_triangle, maker, SurfaceMatrix::default(), scratch))
+            fits.then(|| wanted.pattern(is_triangle, maker, scratch))
         };
         let made: Vec<Option<Pattern<T>>> = list.par_iter().zip(&fits).map_init(GridScratch::default, make).collect();
         let mut number = Vec::with_capacity(made.len());
         let mut patterns = Vec::with_capacity(made.len());
-        let mut passing = Vec::new();
-        for ((pattern, wanted), fits) in made.into_iter().zip(list).zip(fits) {
-            number.push(match (&pattern, fits && wanted.is_passing) {
-                (Some(_), _) => patterns.len() as u32,
-                (None, true) => PASSING + passing.len() as u32,
-                (None, false) => NONE,
-            });
+        for pattern in made {
+            number.push(pattern.as_ref().map_or(NONE, |_| patterns.len() as u32));
             patterns.extend(pattern);
-            if number.last().is_some_and(|&n| n != NONE && n >= PASSING) {
-                passing.push(wanted);
-            }
         }
         of_patch.iter_mut().filter(|p| **p != NONE).for_each(|p| *p = number[*p as usize]);
-        let makers = if passing.is_empty() { [None, None] } else { makers };
 
         let turned = [0, 1].map(|kind| match layout.cells[kind] {
             0 => Vec::new(),
@@ -136,9 +130,8 @@ impl<'a, T: Real> Patterns<'a, T> {
                 .map(|turn| GridSamples::turned_inside(cells, is_triangle, turn))
                 .collect(),
         });
-        let missing = |kind: usize| number.contains(&NONE) && layout.cells[kind] > 0;
-        let all = [0, 1].map(|kind| missing(kind).then(|| GridSamples::new(layout.cells[kind], is_triangle, ALL)));
-        Self { patterns, of_patch, passing, makers, is_triangle, corners, all, turned }
+        let selections = Selections::new(layout.cells, is_triangle);
+        Self { patterns, of_patch, makers, corners, selections, turned }
     }
 
     /// The pattern of a patch; none where it would be too large.
@@ -146,17 +139,14 @@ impl<'a, T: Real> Patterns<'a, T> {
         self.patterns.get(self.of_patch[patch] as usize)
     }
 
-    /// Makes the pattern of a whole face that has it in passing, in memory of another.
-    pub fn pass(&self, patch: usize, memory: SurfaceMatrix<T>, scratch: &mut GridScratch) -> Option<Pattern<T>> {
-        let number = self.of_patch[patch].checked_sub(PASSING)?;
-        let wanted = self.passing.get(number as usize)?;
-        let maker = self.makers[0].as_ref()?;
-        Some(wanted.pattern(self.is_triangle, maker, memory, scratch))
+    /// What evaluates a patch without a pattern.
+    pub fn maker(&self, is_subface: bool) -> &GridMaker<'a> {
+        self.makers[usize::from(is_subface)].as_ref().expect("there are patches of this kind")
     }
 
-    /// All samples of a patch without a pattern.
-    pub fn all(&self, is_subface: bool) -> &GridSamples {
-        self.all[usize::from(is_subface)].as_ref().expect("made where patterns are missing")
+    /// The parts of a patch without a pattern whose corner `turn` is its plan's corner 0.
+    pub fn selection(&self, is_subface: bool, parts: Parts, turn: u8) -> &Selection {
+        self.selections.get(is_subface, parts, turn)
     }
 
     /// The weights at a corner of a plan that a further normal is evaluated at.
@@ -177,25 +167,18 @@ impl<'a, T: Real> Patterns<'a, T> {
 }
 
 impl Wanted {
-    /// The pattern, in memory of another.
-    fn pattern<T: Real>(
-        &self,
-        is_triangle: bool,
-        maker: &GridMaker<'_>,
-        mut matrix: SurfaceMatrix<T>,
-        scratch: &mut GridScratch,
-    ) -> Pattern<T> {
-        let Self { plan, cells, parts, own, .. } = *self;
+    fn pattern<T: Real>(&self, is_triangle: bool, maker: &GridMaker<'_>, scratch: &mut GridScratch) -> Pattern<T> {
+        let Self { plan, cells, parts, own } = *self;
         let samples = GridSamples::new(cells, is_triangle, parts);
         let turn = own.unwrap_or(0);
         let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
+        let mut matrix = SurfaceMatrix::default();
         maker.fill(plan, samples.points().iter().map(in_plan), scratch, &mut matrix);
         Pattern { samples, is_own: own.is_some(), matrix }
     }
 }
 
-/// Which of a list there is memory for. Plans are counted alike for one frame and for many, whichever of their patterns are made
-/// in passing or of a face's own samples: the way that a face is evaluated decides how sums are rounded.
+/// Which of a list there is memory for.
 fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], bytes_each: usize) -> Vec<bool> {
     let [most_each, most_in_all] = most;
     let mut cells = vec![0; users.len()];
@@ -298,10 +281,7 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
         let cells = layout.cells[usize::from(subfaces > 1)];
         for patch in table.patch(face, 0)..table.patch(face, 0) + subfaces as usize {
             let Some(plan) = table.patch_plan(patch) else { continue };
-            if frames == Frames::One && users[plan] == 1 && subfaces == 1 && !seen_again.contains(&face.0) {
-                of_patch[patch] = list.len() as u32;
-                let (parts, own) = (layout.owned(patch), Some(table.turn(patch)));
-                list.push(Wanted { plan, cells, parts, own, is_passing: true });
+            if users[plan] < frames.some_faces() {
                 continue;
             }
             let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);
@@ -313,7 +293,7 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
                     true => (layout.owned(patch), Some(table.turn(patch))),
                     false => (ALL, None),
                 };
-                list.push(Wanted { plan, cells, parts, own, is_passing: false });
+                list.push(Wanted { plan, cells, parts, own });
             }
             of_patch[patch] = *known;
         }

@@ -18,7 +18,8 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use subsurf_memory::{advise, reserve, with_capacity};
 
-/// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once.
+/// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once. A frame agrees with
+/// what [`tessellate`](LimitSurface::tessellate) gives to rounding, as that sums in `f64` where few faces are alike.
 ///
 /// ```
 /// use subsurf::{PatchTable, Rates, Scheme, TessellateOptions, shapes};

@@ -1,15 +1,19 @@
-//! Weights of points of a grid over a plan: what tessellations with one rate are made of.
+//! Points of a grid over a plan, by weights or by values: what tessellations with one rate are made of.
 //!
-//! The way goes down the patch tree once for all points. Every node's control points are held as dense rows over the plan's
-//! ring, eight numbers to a vector; a step of refinement makes the rows of its children from them, and points go to the child
-//! that holds them. At a leaf, rows are summed with the leaf's basis: where that is a product of two curves, one
-//! direction after the other.
+//! The way goes down the patch tree once for all points. Every node's control points are held as dense rows; a step of
+//! refinement makes the rows of its children from them, and points go to the child that holds them. At a leaf, rows are
+//! summed with the leaf's basis: where that is a product of two curves, one direction after the other.
+//!
+//! What a row holds is the caller's choice. Rows that start as the identity over the plan's ring, eight numbers to a vector, end as
+//! weights, for all faces of the plan. Rows that start as the values at the control points of one face end as values on the
+//! surface ([`values`]): a few numbers where weights are dozens, and nothing is left to be multiplied.
 //!
 //! Derivatives stay in the parameters of the leaf where they were made; how these lie in the face comes down with the
 //! points. Rings of more than [`MOST_RING`] points, linear leaves, semi-sharp creases under Loop and ends on boundaries
 //! that are kept linear go through [`Plan::weights`], point by point.
 
 mod dense;
+mod values;
 
 use super::grid::Grid;
 use super::leaf_basis::{Basis, LeafBases};
@@ -21,12 +25,15 @@ use crate::limit::single_crease;
 use crate::limit::special::PointWeights;
 use crate::real::Real;
 use crate::scheme::SplitKind;
-use dense::{Control, Sample, Target, WIDTH, add, combine, product, put_chunks, refine, run_of};
+pub(crate) use dense::Sample;
+use dense::{Control, Target, WIDTH, Weights, add, combine, product, refine, run_of};
+
+pub(crate) use values::GridValues;
 
 /// Largest ring whose rows are dense, of 128 KiB. Larger: memory, and time for rows of zeros; smaller: more plans point by point.
 const MOST_RING: usize = 128;
 
-/// Makes the weights of plans on a grid: of position, and of `∂u`, `∂v` where three are wanted. At special vertices
+/// Goes down plans with the points of a grid: for position, and for `∂u`, `∂v` where three are wanted. At special vertices
 /// derivatives are vectors that span the tangent plane, zeros where there is none.
 pub(crate) struct GridMaker<'a> {
     plans: &'a Plans,
@@ -37,10 +44,10 @@ pub(crate) struct GridMaker<'a> {
     bases: LeafBases,
 }
 
-/// Memory that is used again.
+/// Memory that is used again, for rows of vectors of `W` numbers.
 #[derive(Default)]
-pub(crate) struct GridScratch {
-    matrices: Vec<Vec<[f64; WIDTH]>>,
+pub(crate) struct GridScratch<const W: usize = WIDTH> {
+    matrices: Vec<Vec<[f64; W]>>,
     lists: Vec<Vec<Sample>>,
     needed: Vec<u32>,
     is_made: Vec<bool>,
@@ -73,18 +80,19 @@ impl<'a> GridMaker<'a> {
         let mut samples = scratch.lists.pop().unwrap_or_default();
         samples.clear();
         samples.extend((0..).zip(points).map(|(number, at)| Sample { number, at }));
-        let mut target = Target { out, ring, chunks: ring.div_ceil(WIDTH) };
+        let mut target = Weights { out, ring };
         let whole = [[1.0, 0.0], [0.0, 1.0]];
         if ring > MOST_RING {
             for &sample in &samples {
                 let rows = self.single(plan.start, sample);
-                target.put([0, 1, 2].map(|k| &rows[k][..]), 0, ring, sample.number, whole, self.count);
+                target.write([0, 1, 2].map(|k| &rows[k][..]), 0, ring, sample.number, whole, self.count);
             }
         } else {
+            let chunks = target.chunks();
             let mut identity = scratch.matrices.pop().unwrap_or_default();
             identity.clear();
-            identity.resize(ring * target.chunks, [0.0; WIDTH]);
-            (0..ring).for_each(|p| identity[p * target.chunks + p / WIDTH][p % WIDTH] = 1.0);
+            identity.resize(ring * chunks, [0.0; WIDTH]);
+            (0..ring).for_each(|p| identity[p * chunks + p / WIDTH][p % WIDTH] = 1.0);
             let control = Control { matrix: &identity, some: None, jacobian: whole, depth: 0 };
             self.node(plan.start, control, &samples, scratch, &mut target);
             scratch.matrices.push(identity);
@@ -93,13 +101,13 @@ impl<'a> GridMaker<'a> {
     }
 
     /// The weights of samples in a node.
-    fn node<T: Real>(
+    fn node<const W: usize>(
         &self,
         link: Link,
-        control: Control<'_>,
+        control: Control<'_, W>,
         samples: &[Sample],
-        scratch: &mut GridScratch,
-        target: &mut Target<'_, T>,
+        scratch: &mut GridScratch<W>,
+        target: &mut impl Target<W>,
     ) {
         match &self.plans.nodes[link.node as usize].body {
             Body::Leaf(leaf) => self.leaf(leaf, link, control, samples, scratch, target),
@@ -111,16 +119,16 @@ impl<'a> GridMaker<'a> {
         }
     }
 
-    fn split<T: Real>(
+    fn split<const W: usize>(
         &self,
         split: &Split,
         link: Link,
-        control: Control<'_>,
+        control: Control<'_, W>,
         samples: &[Sample],
-        scratch: &mut GridScratch,
-        target: &mut Target<'_, T>,
+        scratch: &mut GridScratch<W>,
+        target: &mut impl Target<W>,
     ) {
-        let halved = split.children().len() > 1;
+        let (chunks, halved) = (target.chunks(), split.children().len() > 1);
         // The samples of every child, in its parameters.
         let mut lists: [Vec<Sample>; 4] = Default::default();
         for list in &mut lists[..split.children().len()] {
@@ -150,8 +158,8 @@ impl<'a> GridMaker<'a> {
                 }
             }
         }
-        matrix.resize(split.points.len() * target.chunks, [0.0; WIDTH]);
-        refine(control, &split.points, needed, target.chunks, &mut matrix);
+        matrix.resize(split.points.len() * chunks, [0.0; W]);
+        refine(control, &split.points, needed, chunks, &mut matrix);
         for (number, (child, list)) in split.children().iter().zip(&lists).enumerate() {
             if list.is_empty() {
                 continue;
@@ -172,15 +180,16 @@ impl<'a> GridMaker<'a> {
         scratch.matrices.push(matrix);
     }
 
-    fn leaf<T: Real>(
+    fn leaf<const W: usize>(
         &self,
         leaf: &Leaf,
         link: Link,
-        control: Control<'_>,
+        control: Control<'_, W>,
         samples: &[Sample],
-        scratch: &mut GridScratch,
-        target: &mut Target<'_, T>,
+        scratch: &mut GridScratch<W>,
+        target: &mut impl Target<W>,
     ) {
+        let chunks = target.chunks();
         let (turn, sharpness, basis) = match (&leaf.shape, self.grid.split) {
             _ if !leaf.creases.is_empty() => return self.singly(link, control, samples, target),
             (LeafShape::Linear, _) => return self.singly(link, control, samples, target),
@@ -191,8 +200,8 @@ impl<'a> GridMaker<'a> {
         };
         let mut matrix = scratch.matrices.pop().unwrap_or_default();
         let mut turned = scratch.lists.pop().unwrap_or_default();
-        matrix.resize(leaf.points.len() * target.chunks, [0.0; WIDTH]);
-        combine(control, &leaf.points, target.chunks, &mut matrix);
+        matrix.resize(leaf.points.len() * chunks, [0.0; W]);
+        combine(control, &leaf.points, chunks, &mut matrix);
         turned.clear();
         turned.extend(samples.iter().map(|s| Sample { at: self.grid.turned(s.at, turn), ..*s }));
         let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
@@ -214,71 +223,84 @@ impl<'a> GridMaker<'a> {
 
     /// Samples of a leaf whose basis is a product of two curves, `across` being that in v; samples of equal v side by side.
     /// What has v in common is summed first, whichever samples are wanted, and the rest sample by sample.
-    fn by_curves<T: Real>(
+    fn by_curves<const W: usize>(
         &self,
         across: impl Fn(u32) -> [[f64; 4]; 3],
-        control: Control<'_>,
+        control: Control<'_, W>,
         samples: &[Sample],
-        target: &mut Target<'_, T>,
+        target: &mut impl Target<W>,
     ) {
+        let (chunks, inner) = (target.chunks(), &self.cubic);
         for run in samples.chunk_by(|a, b| a.at[1] == b.at[1]) {
             let outer = across(run[0].at[1]);
-            for chunk in (0..target.chunks).step_by(2) {
-                let two = chunk + 1 < target.chunks;
-                vectorized(
-                    #[inline(always)]
-                    || match (two, self.count) {
-                        (true, 1) => run_of::<T, 2, 1>(run, &outer, &self.cubic, control, chunk, target),
-                        (true, _) => run_of::<T, 2, 3>(run, &outer, &self.cubic, control, chunk, target),
-                        (false, 1) => run_of::<T, 1, 1>(run, &outer, &self.cubic, control, chunk, target),
-                        (false, _) => run_of::<T, 1, 3>(run, &outer, &self.cubic, control, chunk, target),
-                    },
-                );
-            }
+            vectorized(
+                #[inline(always)]
+                || {
+                    for chunk in (0..chunks).step_by(2) {
+                        match (chunk + 1 < chunks, self.count) {
+                            (true, 1) => run_of::<W, 2, 1>(run, &outer, inner, control, chunk, target),
+                            (true, _) => run_of::<W, 2, 3>(run, &outer, inner, control, chunk, target),
+                            (false, 1) => run_of::<W, 1, 1>(run, &outer, inner, control, chunk, target),
+                            (false, _) => run_of::<W, 1, 3>(run, &outer, inner, control, chunk, target),
+                        }
+                    }
+                },
+            );
         }
     }
 
     /// Samples of a leaf with any basis.
-    fn by_point<T: Real>(
+    fn by_point<const W: usize>(
         &self,
         basis: &Basis<'_>,
-        control: Control<'_>,
+        control: Control<'_, W>,
         samples: &[Sample],
-        target: &mut Target<'_, T>,
+        target: &mut impl Target<W>,
     ) {
-        for sample in samples {
-            basis.with(sample.at, |weights| {
-                vectorized(
-                    #[inline(always)]
-                    || {
-                        for chunk in 0..target.chunks {
-                            let mut rows = [[[0.0; WIDTH]; 1]; 3];
-                            for order in 0..self.count {
-                                let weights = weights[order].iter().enumerate();
-                                for (i, &w) in weights {
-                                    add(&mut rows[order][0], w, &control.matrix[i * target.chunks + chunk]);
+        let chunks = target.chunks();
+        vectorized(
+            #[inline(always)]
+            || {
+                for sample in samples {
+                    basis.with(
+                        sample.at,
+                        #[inline(always)]
+                        |weights| {
+                            for chunk in 0..chunks {
+                                let mut rows = [[[0.0; W]; 1]; 3];
+                                for order in 0..self.count {
+                                    for (i, &w) in weights[order].iter().enumerate() {
+                                        add(&mut rows[order][0], w, &control.matrix[i * chunks + chunk]);
+                                    }
                                 }
+                                target.put(&rows, chunk, sample.number, control.jacobian, self.count);
                             }
-                            put_chunks(&rows, chunk, sample.number, control.jacobian, self.count, target);
-                        }
-                    },
-                );
-            });
-        }
+                        },
+                    );
+                }
+            },
+        );
     }
 
     /// Samples of a node one by one.
-    fn singly<T: Real>(&self, link: Link, control: Control<'_>, samples: &[Sample], target: &mut Target<'_, T>) {
+    fn singly<const W: usize>(
+        &self,
+        link: Link,
+        control: Control<'_, W>,
+        samples: &[Sample],
+        target: &mut impl Target<W>,
+    ) {
+        let chunks = target.chunks();
         for &sample in samples {
             let weights = self.single(link, sample);
-            for chunk in 0..target.chunks {
-                let mut rows = [[[0.0; WIDTH]; 1]; 3];
+            for chunk in 0..chunks {
+                let mut rows = [[[0.0; W]; 1]; 3];
                 for (rows, weights) in rows.iter_mut().zip(&weights).take(self.count) {
                     for (i, &w) in (0..).zip(weights) {
-                        add(&mut rows[0], w, &control.matrix[control.row(i) * target.chunks + chunk]);
+                        add(&mut rows[0], w, &control.matrix[control.row(i) * chunks + chunk]);
                     }
                 }
-                put_chunks(&rows, chunk, sample.number, control.jacobian, self.count, target);
+                target.put(&rows, chunk, sample.number, control.jacobian, self.count);
             }
         }
     }

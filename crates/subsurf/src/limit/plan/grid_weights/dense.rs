@@ -1,24 +1,25 @@
-//! Control points as dense rows of numbers over a plan's ring, and sums of such rows, eight numbers to a vector.
+//! Control points as dense rows, and sums of such rows: `W` numbers to a vector. Rows are either weights over a plan's ring or the
+//! components of values at the control points of one face.
 
 use super::super::points::Points;
 use crate::kernel::{LANES, SurfaceMatrix, vectorized};
 use crate::limit::rows::Rows;
 use crate::real::Real;
 
-/// Numbers of a vector of `f64`; rows are filled up to a multiple.
+/// Numbers of a vector of weights; rows are filled up to a multiple.
 pub(super) const WIDTH: usize = 8;
 
 /// A grid point in the parameters of a node, and its number among those that are wanted.
 #[derive(Clone, Copy)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     pub number: u32,
     pub at: [u32; 2],
 }
 
-/// Control points of a node or leaf over the plan's ring: some rows of a matrix.
+/// Control points of a node or leaf: some rows of a matrix.
 #[derive(Clone, Copy)]
-pub(super) struct Control<'m> {
-    pub matrix: &'m [[f64; WIDTH]],
+pub(super) struct Control<'m, const W: usize> {
+    pub matrix: &'m [[f64; W]],
     /// Which rows; all where there is no list.
     pub some: Option<&'m [u32]>,
     /// How the parameters lie in the face.
@@ -27,7 +28,7 @@ pub(super) struct Control<'m> {
     pub depth: u32,
 }
 
-impl Control<'_> {
+impl<const W: usize> Control<'_, W> {
     #[inline(always)]
     pub fn row(&self, i: u32) -> usize {
         match self.some {
@@ -40,12 +41,27 @@ impl Control<'_> {
 /// `∂s/∂u ∂t/∂u`, `∂s/∂v ∂t/∂v`.
 pub(super) type Jacobian = [[f64; 2]; 2];
 
+/// Where the rows of samples go.
+pub(super) trait Target<const W: usize> {
+    /// Vectors to a row.
+    fn chunks(&self) -> usize;
+
+    /// Takes some vectors of the rows of a sample, from vector `chunk` on: of position and, with a `count` of 3, of two derivatives
+    /// in parameters that lie in the face as `jacobian` says.
+    fn put<const K: usize>(
+        &mut self,
+        rows: &[[[f64; W]; K]; 3],
+        chunk: usize,
+        number: u32,
+        jacobian: Jacobian,
+        count: usize,
+    );
+}
+
 /// Where the weights of a plan go.
-pub(super) struct Target<'o, T> {
+pub(super) struct Weights<'o, T> {
     pub out: &'o mut SurfaceMatrix<T>,
     pub ring: usize,
-    /// Vectors to a row.
-    pub chunks: usize,
 }
 
 pub(super) fn product(a: Jacobian, b: Jacobian) -> Jacobian {
@@ -54,14 +70,20 @@ pub(super) fn product(a: Jacobian, b: Jacobian) -> Jacobian {
 }
 
 #[inline(always)]
-pub(super) fn add(sum: &mut [f64; WIDTH], w: f64, row: &[f64; WIDTH]) {
-    for l in 0..WIDTH {
+pub(super) fn add<const W: usize>(sum: &mut [f64; W], w: f64, row: &[f64; W]) {
+    for l in 0..W {
         sum[l] += w * row[l];
     }
 }
 
-/// Some refined points over the ring.
-pub(super) fn refine(control: Control<'_>, points: &Points, some: &[u32], chunks: usize, out: &mut [[f64; WIDTH]]) {
+/// Some refined points.
+pub(super) fn refine<const W: usize>(
+    control: Control<'_, W>,
+    points: &Points,
+    some: &[u32],
+    chunks: usize,
+    out: &mut [[f64; W]],
+) {
     vectorized(
         #[inline(always)]
         || {
@@ -73,8 +95,8 @@ pub(super) fn refine(control: Control<'_>, points: &Points, some: &[u32], chunks
     );
 }
 
-/// All points of some rows over the ring.
-pub(super) fn combine(control: Control<'_>, rows: &Rows, chunks: usize, out: &mut [[f64; WIDTH]]) {
+/// All points of some rows.
+pub(super) fn combine<const W: usize>(control: Control<'_, W>, rows: &Rows, chunks: usize, out: &mut [[f64; W]]) {
     vectorized(
         #[inline(always)]
         || {
@@ -86,30 +108,35 @@ pub(super) fn combine(control: Control<'_>, rows: &Rows, chunks: usize, out: &mu
 }
 
 #[inline(always)]
-fn sum_terms(control: Control<'_>, (columns, weights): (&[u32], &[f64]), chunks: usize, out: &mut [[f64; WIDTH]]) {
+fn sum_terms<const W: usize>(
+    control: Control<'_, W>,
+    (columns, weights): (&[u32], &[f64]),
+    chunks: usize,
+    out: &mut [[f64; W]],
+) {
     let mut chunk = 0;
     while chunk < chunks {
         // Some vectors at once, so that terms are read less often.
         if chunk + 3 <= chunks {
-            let sums = terms_of::<3>(control, columns, weights, chunks, chunk);
+            let sums = terms_of::<W, 3>(control, columns, weights, chunks, chunk);
             out[chunk..chunk + 3].copy_from_slice(&sums);
             chunk += 3;
         } else {
-            out[chunk] = terms_of::<1>(control, columns, weights, chunks, chunk)[0];
+            out[chunk] = terms_of::<W, 1>(control, columns, weights, chunks, chunk)[0];
             chunk += 1;
         }
     }
 }
 
 #[inline(always)]
-fn terms_of<const K: usize>(
-    control: Control<'_>,
+fn terms_of<const W: usize, const K: usize>(
+    control: Control<'_, W>,
     columns: &[u32],
     weights: &[f64],
     chunks: usize,
     chunk: usize,
-) -> [[f64; WIDTH]; K] {
-    let mut sums = [[0.0; WIDTH]; K];
+) -> [[f64; W]; K] {
+    let mut sums = [[0.0; W]; K];
     for (&c, &w) in columns.iter().zip(weights) {
         let at = control.row(c) * chunks + chunk;
         let from = &control.matrix[at..at + K];
@@ -122,19 +149,20 @@ fn terms_of<const K: usize>(
 
 /// Samples of equal v, `outer` being the weights there and `inner` those at all lines of equal u: `K` vectors of their rows.
 #[inline(always)]
-pub(super) fn run_of<T: Real, const K: usize, const COUNT: usize>(
+pub(super) fn run_of<const W: usize, const K: usize, const COUNT: usize>(
     run: &[Sample],
     outer: &[[f64; 4]; 3],
     inner: &[[[f64; 4]; 3]],
-    control: Control<'_>,
+    control: Control<'_, W>,
     chunk: usize,
-    target: &mut Target<'_, T>,
+    target: &mut impl Target<W>,
 ) {
+    let chunks = target.chunks();
     // Control points of the curve along the run, and of its derivative across.
-    let mut line = [[[[0.0; WIDTH]; K]; 4]; 2];
+    let mut line = [[[[0.0; W]; K]; 4]; 2];
     for x in 0..4 {
         for y in 0..4 {
-            let from = &control.matrix[(4 * y + x) * target.chunks + chunk..][..K];
+            let from = &control.matrix[(4 * y + x) * chunks + chunk..][..K];
             for k in 0..K {
                 add(&mut line[0][x][k], outer[0][y], &from[k]);
                 if COUNT == 3 {
@@ -145,7 +173,7 @@ pub(super) fn run_of<T: Real, const K: usize, const COUNT: usize>(
     }
     for sample in run {
         let inner = &inner[sample.at[0] as usize];
-        let mut rows = [[[0.0; WIDTH]; K]; 3];
+        let mut rows = [[[0.0; W]; K]; 3];
         for x in 0..4 {
             for k in 0..K {
                 add(&mut rows[0][k], inner[0][x], &line[0][x][k]);
@@ -155,36 +183,43 @@ pub(super) fn run_of<T: Real, const K: usize, const COUNT: usize>(
                 }
             }
         }
-        put_chunks(&rows, chunk, sample.number, control.jacobian, COUNT, target);
+        target.put(&rows, chunk, sample.number, control.jacobian, COUNT);
     }
 }
 
-/// Writes some vectors of the rows of a sample.
-#[inline(always)]
-pub(super) fn put_chunks<T: Real, const K: usize>(
-    rows: &[[[f64; WIDTH]; K]; 3],
-    chunk: usize,
-    number: u32,
-    jacobian: Jacobian,
-    count: usize,
-    target: &mut Target<'_, T>,
-) {
-    let first = chunk * WIDTH;
-    let len = (target.ring - first).min(K * WIDTH);
-    target.put(
-        [rows[0].as_flattened(), rows[1].as_flattened(), rows[2].as_flattened()],
-        first,
-        len,
-        number,
-        jacobian,
-        count,
-    );
+impl<T: Real> Target<WIDTH> for Weights<'_, T> {
+    fn chunks(&self) -> usize {
+        self.ring.div_ceil(WIDTH)
+    }
+
+    #[inline(always)]
+    fn put<const K: usize>(
+        &mut self,
+        rows: &[[[f64; WIDTH]; K]; 3],
+        chunk: usize,
+        number: u32,
+        jacobian: Jacobian,
+        count: usize,
+    ) {
+        let first = chunk * WIDTH;
+        let len = (self.ring - first).min(K * WIDTH);
+        let rows = [rows[0].as_flattened(), rows[1].as_flattened(), rows[2].as_flattened()];
+        self.write(rows, first, len, number, jacobian, count);
+    }
 }
 
-impl<T: Real> Target<'_, T> {
+impl<T: Real> Weights<'_, T> {
     /// Writes the weights of `len` points of the ring from `first` on.
     #[inline(always)]
-    pub fn put(&mut self, rows: [&[f64]; 3], first: usize, len: usize, number: u32, jacobian: Jacobian, count: usize) {
+    pub fn write(
+        &mut self,
+        rows: [&[f64]; 3],
+        first: usize,
+        len: usize,
+        number: u32,
+        jacobian: Jacobian,
+        count: usize,
+    ) {
         let (block, lane) = (number as usize / LANES, number as usize % LANES);
         let out = &mut self.out.block_mut(block)[first * count..(first + len) * count];
         if count == 1 {
