@@ -59,7 +59,7 @@ pub struct TableSize {
     pub special_vertices: usize,
     /// Bytes of what grows with the mesh: plan numbers and rings.
     pub patch_bytes: usize,
-    /// Bytes of plans and special vertices; these grow a little when locations deep at them are first evaluated.
+    /// Bytes of plans and special vertices; these grow a little when locations at them are first evaluated.
     pub plan_bytes: usize,
     /// Bytes of the topology that the table keeps.
     pub topology_bytes: usize,

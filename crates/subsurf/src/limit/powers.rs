@@ -16,54 +16,60 @@ pub(super) const MIDDLE: f64 = 0.5;
 const FROM_POINTS: [[f64; 2]; 4] =
     [[1.0 / 48.0, 23.0 / 48.0], [1.0 / 8.0, 5.0 / 8.0], [0.25, -0.25], [1.0 / 6.0, -0.5]];
 
+/// Coefficients of a curve from its control points.
+pub(super) fn curve_coefficients(p: [f64; 4]) -> [f64; 4] {
+    let sums = [[p[0] + p[3], p[1] + p[2]], [p[3] - p[0], p[2] - p[1]]];
+    std::array::from_fn(|k| FROM_POINTS[k][0] * sums[k % 2][0] + FROM_POINTS[k][1] * sums[k % 2][1])
+}
+
 /// Coefficients of a patch from its control points.
 pub(super) fn coefficients(points: &[f64; LANES]) -> [f64; LANES] {
-    let curve = |p: [f64; 4]| -> [f64; 4] {
-        let sums = [[p[0] + p[3], p[1] + p[2]], [p[3] - p[0], p[2] - p[1]]];
-        std::array::from_fn(|k| FROM_POINTS[k][0] * sums[k % 2][0] + FROM_POINTS[k][1] * sums[k % 2][1])
-    };
+    let curve = curve_coefficients;
     let rows: [[f64; 4]; 4] = std::array::from_fn(|j| curve(std::array::from_fn(|i| points[4 * j + i])));
     let columns: [[f64; 4]; 4] = std::array::from_fn(|i| curve(std::array::from_fn(|j| rows[j][i])));
     std::array::from_fn(|k| columns[k % 4][k / 4])
 }
 
-/// The same of parts of points, row by row.
+/// The same of parts of points, row by row: four curves at a time, side by side.
 #[inline(always)]
-pub(super) fn coefficients_of<T: Real, S: Simd>(simd: S, mut points: [[T::Four<S>; 4]; 4]) -> [T::Block<S>; 4] {
-    for j in 0..4 {
-        points[j] = curve::<T, S>(simd, points[j]);
+pub(super) fn coefficients_of<T: Real, S: Simd>(simd: S, points: [[T::Four<S>; 4]; 4]) -> [T::Block<S>; 4] {
+    let along = curves::<T, S>(simd, columns::<T, S>(simd, points));
+    let mut rows = points;
+    for k in 0..4 {
+        rows[k] = T::parted(simd, along[k]);
     }
-    for i in 0..4 {
-        let column = curve::<T, S>(simd, [points[0][i], points[1][i], points[2][i], points[3][i]]);
-        for j in 0..4 {
-            points[j][i] = column[j];
-        }
-    }
-    let mut rows = [T::splat(simd, T::default()); 4];
-    for j in 0..4 {
-        rows[j] = T::joined(simd, points[j]);
-    }
-    rows
+    curves::<T, S>(simd, columns::<T, S>(simd, rows))
 }
 
+/// The columns of four rows of four parts.
 #[inline(always)]
-fn curve<T: Real, S: Simd>(simd: S, p: [T::Four<S>; 4]) -> [T::Four<S>; 4] {
+fn columns<T: Real, S: Simd>(simd: S, rows: [[T::Four<S>; 4]; 4]) -> [T::Block<S>; 4] {
+    let mut out = [T::splat(simd, T::default()); 4];
+    for i in 0..4 {
+        out[i] = T::joined(simd, [rows[0][i], rows[1][i], rows[2][i], rows[3][i]]);
+    }
+    out
+}
+
+/// Coefficients of four curves from their control points.
+#[inline(always)]
+fn curves<T: Real, S: Simd>(simd: S, p: [T::Block<S>; 4]) -> [T::Block<S>; 4] {
     let sums = [
-        [T::four_plus(simd, p[0], p[3]), T::four_plus(simd, p[1], p[2])],
-        [T::four_minus(simd, p[3], p[0]), T::four_minus(simd, p[2], p[1])],
+        [T::plus(simd, p[0], p[3]), T::plus(simd, p[1], p[2])],
+        [T::minus(simd, p[3], p[0]), T::minus(simd, p[2], p[1])],
     ];
     let mut out = p;
     for k in 0..4 {
         let [outer, inner] = sums[k % 2];
         let [a, b] = FROM_POINTS[k];
-        out[k] = T::four_plus(simd, scaled::<T, S>(simd, a, outer), scaled::<T, S>(simd, b, inner));
+        out[k] = T::plus(simd, scaled::<T, S>(simd, a, outer), scaled::<T, S>(simd, b, inner));
     }
     out
 }
 
 #[inline(always)]
-fn scaled<T: Real, S: Simd>(simd: S, factor: f64, x: T::Four<S>) -> T::Four<S> {
-    T::four_times(simd, T::four(simd, [T::from_f64(factor); 4]), x)
+fn scaled<T: Real, S: Simd>(simd: S, factor: f64, x: T::Block<S>) -> T::Block<S> {
+    T::times(simd, T::splat(simd, T::from_f64(factor)), x)
 }
 
 /// Powers at `x`: values, first and second derivatives.

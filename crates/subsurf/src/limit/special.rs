@@ -12,6 +12,7 @@ use super::deflated::{Deflated, DeflatedPowers};
 use super::eigen::EigenForm;
 use super::jet::Derivatives;
 use super::local_step::LocalStep;
+use super::plan::KeptCoefficients;
 use super::tangent::{self, EvenMode};
 use crate::scheme::SplitKind;
 use std::sync::{Arc, OnceLock};
@@ -44,6 +45,8 @@ pub(crate) struct SpecialVertex {
     tangents: OnceLock<tangent::Tangents>,
     /// Of a dart, one for all its faces; made when one of them first needs it.
     even: Option<Arc<OnceLock<EvenMode>>>,
+    /// Of the pieces that were met.
+    coefficients: KeptCoefficients,
 }
 
 /// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
@@ -111,7 +114,8 @@ impl SpecialVertex {
         let deflated = DeflatedPowers::new(step.points, subdominant(corner), Vec::new());
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let (second, deep, tangents) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self { corner, step, limit, deflated, second, eigen, deep, tangents, even }
+        let coefficients = KeptCoefficients::default();
+        Self { corner, step, limit, deflated, second, eigen, deep, tangents, even, coefficients }
     }
 
     /// The even mode of a dart, the same bits whichever face asks first.
@@ -131,6 +135,11 @@ impl SpecialVertex {
                 DeflatedPowers::new(self.points(), after_linear(self.corner), linear)
             })
         })
+    }
+
+    /// What is kept of its pieces.
+    pub fn kept_coefficients(&self) -> &KeptCoefficients {
+        &self.coefficients
     }
 
     /// Number of canonical points.
@@ -268,7 +277,7 @@ impl SpecialVertex {
         } else {
             0
         };
-        self.step.bytes() + powers + size_of_val(&self.limit[..]) + shared
+        self.step.bytes() + powers + size_of_val(&self.limit[..]) + shared + self.coefficients.bytes()
     }
 }
 

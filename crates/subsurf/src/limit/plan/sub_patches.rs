@@ -13,6 +13,8 @@
 
 mod matrix;
 
+pub(crate) use matrix::KeptCoefficients;
+
 use super::{Body, Leaf, LeafShape, Link, Place, Plan, Plans, corners};
 use crate::kernel::LANES;
 use crate::limit::box_spline::CENTRE;
@@ -33,6 +35,9 @@ const MOST_BYTES: usize = 128 << 20;
 /// Largest depth at a special vertex with matrices. Larger: memory, three matrices a depth; smaller: more locations that take
 /// the general way, a quarter of the rest per depth.
 const DEEPEST_PIECE: u32 = 7;
+
+/// Number of pieces at a special vertex.
+const PIECES_AT_VERTEX: usize = 3 * (DEEPEST_PIECE as usize + 1);
 
 /// Largest depth of a leaf in a patch tree with matrices: more than `⌈sharpness⌉ + 2` only along linear boundaries.
 const DEEPEST_LEAF: u32 = 14;
@@ -263,7 +268,7 @@ impl Pieces {
                 (Kind::SingleCrease { turn: *turn, joints: single_crease::joints(sharpness), speed }, 3)
             }
             LeafShape::Special { turn, vertex } => {
-                (Kind::Special { turn: *turn, vertex: vertex.clone() }, 3 * (DEEPEST_PIECE as usize + 1))
+                (Kind::Special { turn: *turn, vertex: vertex.clone() }, PIECES_AT_VERTEX)
             }
         };
         let first = pieces.fetch_add(count as u32, Relaxed);
