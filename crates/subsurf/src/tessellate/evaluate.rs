@@ -111,15 +111,15 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         if subfaces == 1 {
             let turn = layout.table.turn(layout.table.patch(face, 0));
             let own = turned_parts(layout.is_triangle(), grid::side(corner as u8), turn);
-            let samples = self.patch(face, 0, own, scratch);
+            let samples = self.some_of(face, 0, own, false, scratch);
             normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
             return;
         }
         let (out, back) = normals.split_at_mut(layout.cells[1] as usize);
-        let samples = self.patch(face, corner, grid::side(0) | grid::corner(1), scratch);
+        let samples = self.some_of(face, corner, grid::side(0) | grid::corner(1), false, scratch);
         out[..back.len()].copy_from_slice(&scratch.normals[samples.side(0)]);
         out[back.len()] = scratch.normals[samples.corner(1)];
-        let samples = self.patch(face, (corner + 1) % subfaces, grid::side(3), scratch);
+        let samples = self.some_of(face, (corner + 1) % subfaces, grid::side(3), false, scratch);
         back.copy_from_slice(&scratch.normals[samples.side(3)]);
     }
 
@@ -204,7 +204,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let points = pattern.matrix.points();
         let control = self.sampler.surface().points();
         let numbers = self.sampler.layout().table.ring_of(patch, points);
-        self.in_order(face, &pattern.samples, points, task, scratch, |_, ring, out| {
+        self.in_order(face, &pattern.selection.samples, points, task, scratch, |_, ring, out| {
             pattern.matrix.evaluate(Ring { numbers, control }, ring, |_| true, out)
         });
     }
@@ -308,13 +308,28 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
 
     /// Evaluates the wanted parts of a patch into the thread's own memory.
     fn patch(&self, face: Face, subface: u32, parts: Parts, scratch: &mut Scratch<T, N>) -> &GridSamples {
+        self.some_of(face, subface, parts, true, scratch)
+    }
+
+    /// The same; the samples inside may be left out.
+    fn some_of(
+        &self,
+        face: Face,
+        subface: u32,
+        parts: Parts,
+        with_inside: bool,
+        scratch: &mut Scratch<T, N>,
+    ) -> &GridSamples {
         let table = self.sampler.layout().table;
         let patch = table.patch(face, subface);
         let turn = table.turn(patch);
         let with_normals = self.sampler.with_normals();
         let Some(pattern) = self.patterns.of_patch(patch) else {
             let is_subface = table.subfaces(face) > 1;
-            let selection = self.patterns.selection(is_subface, parts, 0);
+            let selection = match with_inside {
+                true => self.patterns.selection(is_subface, parts, 0),
+                false => self.patterns.selection_on_sides(is_subface, parts),
+            };
             let samples = &selection.samples;
             scratch.resize(samples.blocks(), 0, with_normals);
             let Scratch { points, normals, unsure, values, .. } = scratch;
@@ -324,7 +339,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             }
             return samples;
         };
-        let samples = &pattern.samples;
+        let samples = &pattern.selection.samples;
         scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
         let Scratch { ring, points, normals, unsure, .. } = scratch;
         let control = self.sampler.surface().points();

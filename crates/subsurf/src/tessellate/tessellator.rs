@@ -83,10 +83,11 @@ impl PatchTable {
         let shared = options.normals && !is_faceted;
         let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
         if frames == Frames::One {
-            // Positions, normals, and about one facet of four corners a point.
-            let normals = if shared { layout.points() } else { 0 };
+            // Positions, normals, and about one facet of four corners a point, whose normals may have numbers of their own.
+            let normals = if shared { layout.points() + sides.extra() } else { 0 };
             let samples = (layout.points() + normals).saturating_mul(size_of::<[T; 3]>());
-            reserve(samples.saturating_add(layout.points().saturating_mul(5 * size_of::<u32>())));
+            let numbers = if sides.extra() > 0 { 9 } else { 5 };
+            reserve(samples.saturating_add(layout.points().saturating_mul(numbers * size_of::<u32>())));
         }
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
