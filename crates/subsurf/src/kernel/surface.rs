@@ -62,17 +62,33 @@ impl<T: Real> SurfaceMatrix<T> {
         wanted: impl Fn(usize) -> bool,
         out: Samples<'_, T, N>,
     ) -> bool {
-        let relative = &mut relative[..self.points];
         dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
-            || {
-                let base = ring.gather(relative);
-                match self.orders {
-                    1 => self.positions(simd, relative, base, wanted, out),
-                    _ => self.with_normals(simd, relative, base, wanted, out),
-                }
-            }
+            || self.evaluate_with(simd, ring, relative, wanted, out)
         ))
+    }
+
+    /// [`evaluate`](Self::evaluate) within a loop that is compiled for the machine's vectors.
+    #[inline(always)]
+    pub fn evaluate_with<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        ring: Ring<'_, T, N>,
+        relative: &mut [[T; N]],
+        wanted: impl Fn(usize) -> bool,
+        out: Samples<'_, T, N>,
+    ) -> bool {
+        let relative = &mut relative[..self.points];
+        match self.orders {
+            1 => {
+                let (base, _) = ring.gather::<false>(relative);
+                self.positions(simd, relative, base, wanted, out)
+            }
+            _ => {
+                let (base, extent) = ring.gather::<true>(relative);
+                self.with_normals(simd, relative, (base, extent), wanted, out)
+            }
+        }
     }
 
     #[inline(always)]
@@ -98,12 +114,12 @@ impl<T: Real> SurfaceMatrix<T> {
         &self,
         simd: S,
         ring: &[[T; N]],
-        base: [T; N],
+        (base, extent): ([T; N], T),
         wanted: impl Fn(usize) -> bool,
         out: Samples<'_, T, N>,
     ) -> bool {
         let Samples { points, normals, unsure } = out;
-        let extent = T::splat(simd, extent(ring));
+        let extent = T::splat(simd, extent);
         let out = points.chunks_mut(LANES).zip(normals.chunks_mut(LANES));
         let mut any = 0;
         for (b, (block, (points, normals))) in self.blocks.chunks_exact(3 * self.points).zip(out).enumerate() {
@@ -139,42 +155,28 @@ impl<T: Real> SurfaceMatrix<T> {
 }
 
 impl<T: Real, const N: usize> Ring<'_, T, N> {
-    /// Writes the points relative to the first, which is returned.
+    /// Writes the points relative to the first, which is returned; and, if asked for, the largest of their components.
     #[inline(always)]
-    fn gather(self, out: &mut [[T; N]]) -> [T; N] {
+    fn gather<const EXTENT: bool>(self, out: &mut [[T; N]]) -> ([T; N], T) {
+        let zero = T::default();
         let base = self.control[self.numbers[0] as usize];
+        let mut most = [zero; N];
         for i in 0..out.len() {
             let point = &self.control[self.numbers[i] as usize];
             for c in 0..N {
-                out[i][c] = point[c] - base[c];
+                let x = point[c] - base[c];
+                out[i][c] = x;
+                if EXTENT {
+                    most[c] = larger(most[c], larger(x, zero - x));
+                }
             }
         }
-        base
-    }
-}
-
-/// The largest component of a ring's points.
-#[inline(always)]
-fn extent<T: Real, const N: usize>(ring: &[[T; N]]) -> T {
-    let zero = T::default();
-    let (blocks, rest) = ring.as_flattened().as_chunks::<LANES>();
-    let mut most = [zero; LANES];
-    for block in blocks {
-        for k in 0..LANES {
-            most[k] = larger(most[k], larger(block[k], zero - block[k]));
+        let mut extent = zero;
+        for c in 0..N {
+            extent = larger(extent, most[c]);
         }
+        (base, extent)
     }
-    for k in 0..rest.len() {
-        most[k] = larger(most[k], larger(rest[k], zero - rest[k]));
-    }
-    let mut half = LANES / 2;
-    while half > 0 {
-        for k in 0..half {
-            most[k] = larger(most[k], most[k + half]);
-        }
-        half /= 2;
-    }
-    most[0]
 }
 
 #[inline(always)]

@@ -10,9 +10,10 @@ use super::output::{Output, Vertices, of};
 use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
-use crate::kernel::{LANES, Ring, Samples, unit_normals_of};
+use crate::kernel::{LANES, Ring, Samples, level, unit_normals_of};
 use crate::limit::Location;
 use crate::real::{Real, round};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -168,14 +169,30 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let layout = self.sampler.layout();
         let table = layout.table;
         let first_edge = layout.edge_range(&task.faces).start;
-        for face in task.faces.clone().map(Face).filter(|&f| !table.topology().is_hole(f)) {
+        let faces = task.faces.clone();
+        let mut next = faces.start;
+        while next < faces.end {
+            let face = Face(next);
+            next += 1;
+            if table.topology().is_hole(face) {
+                continue;
+            }
             if table.subfaces(face) > 1 {
                 self.polygon(face, first_edge, &mut task, scratch);
                 continue;
             }
             let patch = table.patch(face, 0);
             match self.patterns.of_patch(patch) {
-                Some(pattern) if pattern.is_own => self.own(face, patch, pattern, &mut task, scratch),
+                Some(pattern) if pattern.is_own => {
+                    let is_alike = |&f: &u32| {
+                        let face = Face(f);
+                        let is_one = table.subfaces(face) == 1 && !table.topology().is_hole(face);
+                        let other = is_one.then(|| self.patterns.of_patch(table.patch(face, 0))).flatten();
+                        other.is_some_and(|other| std::ptr::eq(other, pattern))
+                    };
+                    next = (next..faces.end).find(|f| !is_alike(f)).unwrap_or(faces.end);
+                    self.own(face.0..next, pattern, &mut task, scratch);
+                }
                 Some(_) => self.shared(face, patch, &mut task, scratch),
                 None => self.alone(face, patch, &mut task, scratch),
             }
@@ -192,21 +209,21 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         });
     }
 
-    /// A face whose pattern has its own samples, in the order of the result.
-    fn own(
-        &self,
-        face: Face,
-        patch: usize,
-        pattern: &Pattern<T>,
-        task: &mut Task<'_, T, N>,
-        scratch: &mut Scratch<T, N>,
-    ) {
+    /// Faces that follow each other and share a pattern with their own samples, in the order of the result.
+    fn own(&self, faces: Range<u32>, pattern: &Pattern<T>, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let points = pattern.matrix.points();
-        let control = self.sampler.surface().points();
-        let numbers = self.sampler.layout().table.ring_of(patch, points);
-        self.in_order(face, &pattern.selection.samples, points, task, scratch, |_, ring, out| {
-            pattern.matrix.evaluate(Ring { numbers, control }, ring, |_| true, out)
-        });
+        let (table, control) = (self.sampler.layout().table, self.sampler.surface().points());
+        dispatch!(level(), simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                for face in faces.map(Face) {
+                    let numbers = table.ring_of(table.patch(face, 0), points);
+                    self.in_order(face, &pattern.selection.samples, points, task, scratch, #[inline(always)] |_, ring, out| {
+                        pattern.matrix.evaluate_with(simd, Ring { numbers, control }, ring, #[inline(always)] |_| true, out)
+                    });
+                }
+            }
+        ));
     }
 
     /// A face whose samples are in the order of the result; `evaluate` fills them, with memory for `ring` points, and says whether
@@ -238,8 +255,8 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
         let (inside, along) = (samples.inside(), samples.inside() + samples.along_sides());
 
-        task.edges.put(&points[inside..along], of(normals, inside..along));
-        task.vertices.put(&points[along..samples.len()], of(normals, along..samples.len()));
+        task.edges.put_few(inside..along, points, normals);
+        task.vertices.put_few(along..samples.len(), points, normals);
         if has_room {
             task.inside.skip(inside);
         } else {

@@ -30,11 +30,36 @@ impl<'o, T: Copy, const N: usize> Output<'o, T, N> {
         self.skip(points.len());
     }
 
+    /// [`put`](Self::put) of a short run among more points, in fours without a call: what comes later may be overwritten, and must
+    /// be put later.
+    #[inline(always)]
+    pub fn put_few(&mut self, run: Range<usize>, points: &[[T; N]], normals: &[[T; 3]]) {
+        copy_few(run.clone(), points, self.points);
+        if !self.normals.is_empty() {
+            copy_few(run.clone(), normals, self.normals);
+        }
+        self.skip(run.len());
+    }
+
+    #[inline(always)]
     pub fn skip(&mut self, count: usize) {
         self.points = &mut std::mem::take(&mut self.points)[count..];
         if !self.normals.is_empty() {
             self.normals = &mut std::mem::take(&mut self.normals)[count..];
         }
+    }
+}
+
+#[inline(always)]
+fn copy_few<P: Copy>(run: Range<usize>, from: &[P], to: &mut [P]) {
+    let fours = run.len().next_multiple_of(4);
+    match (from.get(run.start..run.start + fours), to.get_mut(..fours)) {
+        (Some(from), Some(to)) => {
+            for (to, from) in to.as_chunks_mut::<4>().0.iter_mut().zip(from.as_chunks::<4>().0) {
+                *to = *from;
+            }
+        }
+        _ => to[..run.len()].copy_from_slice(&from[run]),
     }
 }
 
