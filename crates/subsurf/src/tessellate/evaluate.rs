@@ -202,7 +202,9 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     /// A face without a pattern.
     fn alone(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
-        let selection = self.patterns.selection(false, layout.owned(patch), layout.table.turn(patch));
+        let Some(selection) = self.patterns.own_selection(layout.owned(patch), layout.table.turn(patch)) else {
+            return self.shared(face, patch, task, scratch);
+        };
         let maker = self.patterns.maker(false);
         self.in_order(face, &selection.samples, 0, task, scratch, |values, _, out| {
             self.by_values(maker, patch, selection, values, out)
@@ -264,7 +266,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
     }
 
-    /// A face that shares its pattern with others that lie otherwise.
+    /// A face that shares its samples with others that lie otherwise.
     fn shared(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let is_triangle = layout.is_triangle();
@@ -344,7 +346,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let Some(pattern) = self.patterns.of_patch(patch) else {
             let is_subface = table.subfaces(face) > 1;
             let selection = match with_inside {
-                true => self.patterns.selection(is_subface, parts, 0),
+                true => self.patterns.selection(is_subface, parts),
                 false => self.patterns.selection_on_sides(is_subface, parts),
             };
             let samples = &selection.samples;

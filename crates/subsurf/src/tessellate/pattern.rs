@@ -146,9 +146,15 @@ impl<'a, T: Real> Patterns<'a, T> {
         self.makers[usize::from(is_subface)].as_ref().expect("there are patches of this kind")
     }
 
-    /// The parts of a patch without a pattern whose corner `turn` is its plan's corner 0.
-    pub fn selection(&self, is_subface: bool, parts: Parts, turn: u8) -> &Selection {
-        self.selections.get(is_subface, parts, turn)
+    /// What a whole face without a pattern evaluates, whose corner `turn` is its plan's corner 0; none at rates so high that this would
+    /// take too much memory.
+    pub fn own_selection(&self, parts: Parts, turn: u8) -> Option<&Selection> {
+        self.selections.are_own(false).then(|| &**self.selections.get(false, parts, turn))
+    }
+
+    /// Some parts, at least, of a patch without a pattern, in the plan's orientation.
+    pub fn selection(&self, is_subface: bool, parts: Parts) -> &Selection {
+        self.selections.get(is_subface, if self.selections.are_own(is_subface) { parts } else { ALL }, 0)
     }
 
     /// The same without the samples inside, in the plan's orientation.
