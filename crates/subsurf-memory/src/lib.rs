@@ -63,6 +63,21 @@ pub fn reserve(bytes: usize) {
     }
 }
 
+/// As [`reserve`], from the first huge page on: what lies before it would come in ordinary pages. That is handed out here, unused,
+/// and to be dropped when the arrays are there.
+#[must_use]
+pub fn reserve_whole_pages(bytes: usize) -> Vec<u8> {
+    let mut all = Vec::<u8>::new();
+    let keeps = cfg!(all(target_os = "linux", target_env = "gnu"));
+    if !keeps || bytes < HUGE_PAGE || all.try_reserve_exact(bytes.saturating_add(2 * HUGE_PAGE)).is_err() {
+        return Vec::new();
+    }
+    advise(&mut all);
+    let start = all.as_ptr().addr();
+    drop(all);
+    Vec::with_capacity(start.next_multiple_of(HUGE_PAGE) - start)
+}
+
 /// A number whose zero is all bits zero, so that a vector of it can come from memory that the system has cleared.
 pub trait Zero: Copy {
     /// Zero.
@@ -126,6 +141,8 @@ mod tests {
         reserve(usize::MAX);
         reserve(isize::MAX as usize);
         reserve(64 << 20);
+        assert_eq!(reserve_whole_pages(usize::MAX).capacity(), 0);
+        assert!(reserve_whole_pages(64 << 20).capacity() < HUGE_PAGE);
     }
 
     #[test]

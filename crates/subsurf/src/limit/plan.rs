@@ -28,7 +28,7 @@ mod template;
 
 pub(super) use compile::Numbers;
 pub(super) use fan::may_have_fans;
-pub(crate) use grid_weights::{GridMaker, GridScratch, GridValues, Sample};
+pub(crate) use grid_weights::{GridMaker, GridPoints, GridScratch, GridValues};
 use points::Points;
 
 use super::box_spline;

@@ -118,6 +118,12 @@ impl Rows {
         (&self.column[range.clone()], &self.weight[range])
     }
 
+    /// The column of every row, where each is just one of the points. For rows that sum to one: these have no fewer terms.
+    #[inline(always)]
+    pub fn selected(&self) -> Option<&[u32]> {
+        (self.column.len() == self.len()).then_some(&self.column)
+    }
+
     /// The weights of all rows, one after the other.
     pub fn weights(&self) -> &[f64] {
         &self.weight

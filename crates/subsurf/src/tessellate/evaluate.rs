@@ -112,15 +112,15 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         if subfaces == 1 {
             let turn = layout.table.turn(layout.table.patch(face, 0));
             let own = turned_parts(layout.is_triangle(), grid::side(corner as u8), turn);
-            let samples = self.patch(face, 0, own, scratch);
+            let samples = self.some_of(face, 0, own, false, scratch);
             normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
             return;
         }
         let (out, back) = normals.split_at_mut(layout.cells[1] as usize);
-        let samples = self.patch(face, corner, grid::side(0) | grid::corner(1), scratch);
+        let samples = self.some_of(face, corner, grid::side(0) | grid::corner(1), false, scratch);
         out[..back.len()].copy_from_slice(&scratch.normals[samples.side(0)]);
         out[back.len()] = scratch.normals[samples.corner(1)];
-        let samples = self.patch(face, (corner + 1) % subfaces, grid::side(3), scratch);
+        let samples = self.some_of(face, (corner + 1) % subfaces, grid::side(3), false, scratch);
         back.copy_from_slice(&scratch.normals[samples.side(3)]);
     }
 
@@ -202,7 +202,9 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     /// A face without a pattern.
     fn alone(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
-        let selection = self.patterns.selection(false, layout.owned(patch), layout.table.turn(patch));
+        let Some(selection) = self.patterns.own_selection(layout.owned(patch), layout.table.turn(patch)) else {
+            return self.shared(face, patch, task, scratch);
+        };
         let maker = self.patterns.maker(false);
         self.in_order(face, &selection.samples, 0, task, scratch, |values, _, out| {
             self.by_values(maker, patch, selection, values, out)
@@ -218,7 +220,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             || {
                 for face in faces.map(Face) {
                     let numbers = table.ring_of(table.patch(face, 0), points);
-                    self.in_order(face, &pattern.samples, points, task, scratch, #[inline(always)] |_, ring, out| {
+                    self.in_order(face, &pattern.selection.samples, points, task, scratch, #[inline(always)] |_, ring, out| {
                         pattern.matrix.evaluate_with(simd, Ring { numbers, control }, ring, #[inline(always)] |_| true, out)
                     });
                 }
@@ -264,7 +266,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
     }
 
-    /// A face that shares its pattern with others that lie otherwise.
+    /// A face that shares its samples with others that lie otherwise.
     fn shared(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let is_triangle = layout.is_triangle();
@@ -325,13 +327,28 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
 
     /// Evaluates the wanted parts of a patch into the thread's own memory.
     fn patch(&self, face: Face, subface: u32, parts: Parts, scratch: &mut Scratch<T, N>) -> &GridSamples {
+        self.some_of(face, subface, parts, true, scratch)
+    }
+
+    /// The same; the samples inside may be left out.
+    fn some_of(
+        &self,
+        face: Face,
+        subface: u32,
+        parts: Parts,
+        with_inside: bool,
+        scratch: &mut Scratch<T, N>,
+    ) -> &GridSamples {
         let table = self.sampler.layout().table;
         let patch = table.patch(face, subface);
         let turn = table.turn(patch);
         let with_normals = self.sampler.with_normals();
         let Some(pattern) = self.patterns.of_patch(patch) else {
             let is_subface = table.subfaces(face) > 1;
-            let selection = self.patterns.selection(is_subface, parts, 0);
+            let selection = match with_inside {
+                true => self.patterns.selection(is_subface, parts),
+                false => self.patterns.selection_on_sides(is_subface, parts),
+            };
             let samples = &selection.samples;
             scratch.resize(samples.blocks(), 0, with_normals);
             let Scratch { points, normals, unsure, values, .. } = scratch;
@@ -341,7 +358,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             }
             return samples;
         };
-        let samples = &pattern.samples;
+        let samples = &pattern.selection.samples;
         scratch.resize(samples.blocks(), pattern.matrix.points(), with_normals);
         let Scratch { ring, points, normals, unsure, .. } = scratch;
         let control = self.sampler.surface().points();

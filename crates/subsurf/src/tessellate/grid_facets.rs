@@ -120,7 +120,9 @@ impl Kind {
                 let cells = layout.cells[0];
                 self.fill_grid(layout, face, |_, _, point| point, grid);
                 self.cut(cells, grid, &mut own.corners[range.clone()]);
-                if let Some(sides) = sides {
+                if sides.is_some_and(|sides| sides.is_plain(face)) {
+                    own.normals[range.clone()].copy_from_slice(&own.corners[range.clone()]);
+                } else if let Some(sides) = sides {
                     self.fill_grid(layout, face, |h, k, point| sides.at(layout, h, k, point), grid);
                     self.cut(cells, grid, &mut own.normals[range.clone()]);
                 }

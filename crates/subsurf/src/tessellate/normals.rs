@@ -2,7 +2,7 @@
 //! points.
 
 use super::layout::Layout;
-use crate::index::{Edge, HalfEdge, Vertex};
+use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::limit::PatchTable;
 use crate::tags::INFINITE_SHARPNESS;
 use std::collections::BTreeMap;
@@ -14,6 +14,8 @@ pub(super) struct Sides {
     corner: BTreeMap<u32, u32>,
     /// Half-edges along which normals are not those of the edge's owner: first index among the extra ones.
     edge: BTreeMap<u32, u32>,
+    /// By face, whether any of its corners or half-edges is among these; empty where there are none.
+    is_touched: Vec<bool>,
     /// What evaluates each extra normal.
     pub sources: Vec<Source>,
     /// Number of points, where extra normals start.
@@ -31,6 +33,18 @@ impl Sides {
     pub fn new(table: &PatchTable, layout: &Layout<'_>) -> Self {
         let t = table.topology();
         let mut sides = Self { points: layout.points() as u32, ..Self::default() };
+        sides.fill(table, layout);
+        if sides.extra() > 0 {
+            sides.is_touched = vec![false; t.face_count()];
+            for &h in sides.corner.keys().chain(sides.edge.keys()) {
+                sides.is_touched[t.face(HalfEdge(h)).index()] = true;
+            }
+        }
+        sides
+    }
+
+    fn fill(&mut self, table: &PatchTable, layout: &Layout<'_>) {
+        let (t, sides) = (table.topology(), self);
         let in_hole = |h: HalfEdge| t.is_hole(t.face(h));
         let mut is_split = vec![false; t.vertex_count()];
         let sharp = t.edge_sharpness.sharp().flat_map(|e| t.edge_vertices[e]);
@@ -53,7 +67,7 @@ impl Sides {
         }
         let is_inner = |e: &usize| t.is_infinitely_sharp(Edge(*e as u32)) && !t.is_boundary(Edge(*e as u32));
         if t.edge_sharpness.sharp().find(is_inner).is_none() {
-            return sides;
+            return;
         }
         for (e, owner) in layout.edges() {
             if !t.is_infinitely_sharp(e) {
@@ -64,7 +78,11 @@ impl Sides {
                 sides.sources.extend((1..layout.rates.edge(e)).map(|k| Source::Edge(h, k)));
             }
         }
-        sides
+    }
+
+    /// True where all corners of a face have the normals of their points.
+    pub fn is_plain(&self, face: Face) -> bool {
+        self.is_touched.get(face.index()).is_none_or(|touched| !touched)
     }
 
     pub fn extra(&self) -> usize {

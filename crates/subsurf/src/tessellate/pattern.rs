@@ -15,6 +15,7 @@ use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Largest memory for the weights of one pattern, and of all; beyond it faces are evaluated by their values. Larger: memory;
 /// smaller: time at high rates.
@@ -34,7 +35,7 @@ pub(super) enum Frames {
 
 impl Frames {
     /// Faces of a plan from which on it has patterns. Larger: faces that go down the patch tree each by itself; smaller: weights that
-    /// are made for few uses.
+    /// are made for few uses. 8 and 4 take the same time on `catmark_car`, 2 and 40 a tenth more.
     fn some_faces(self) -> u32 {
         match self {
             Self::One => 8,
@@ -56,7 +57,7 @@ impl Frames {
 /// Weights of a plan at the samples of a grid.
 pub(super) struct Pattern<T> {
     /// In the plan's own orientation, or in that of the faces that the pattern is for.
-    pub samples: GridSamples,
+    pub selection: Arc<Selection>,
     /// True where samples are those that the face evaluates and no others, in its own order.
     pub is_own: bool,
     /// Of position, and of `∂u`, `∂v` (two vectors that span the tangent plane, where derivatives do not) if normals
@@ -110,9 +111,11 @@ impl<'a, T: Real> Patterns<'a, T> {
         let corners = CornerRows::new(layout, sides);
         let maker = |cells: u32| (cells > 0).then(|| GridMaker::new(table.plans(), cells, count));
         let makers = layout.cells.map(maker);
+        let selections = Selections::new(layout.cells, is_triangle);
         let make = |scratch: &mut GridScratch, (wanted, fits): (&Wanted, &bool)| {
-            let maker = makers.iter().flatten().find(|maker| maker.cells() == wanted.cells)?;
-            fits.then(|| wanted.pattern(is_triangle, maker, scratch))
+            let kind = (0..2).find(|&kind| layout.cells[kind] == wanted.cells)?;
+            let maker = makers[kind].as_ref()?;
+            fits.then(|| wanted.pattern(&selections, maker, kind > 0, scratch))
         };
         let made: Vec<Option<Pattern<T>>> = list.par_iter().zip(&fits).map_init(GridScratch::default, make).collect();
         let mut number = Vec::with_capacity(made.len());
@@ -130,7 +133,6 @@ impl<'a, T: Real> Patterns<'a, T> {
                 .map(|turn| GridSamples::turned_inside(cells, is_triangle, turn))
                 .collect(),
         });
-        let selections = Selections::new(layout.cells, is_triangle);
         Self { patterns, of_patch, makers, corners, selections, turned }
     }
 
@@ -144,9 +146,20 @@ impl<'a, T: Real> Patterns<'a, T> {
         self.makers[usize::from(is_subface)].as_ref().expect("there are patches of this kind")
     }
 
-    /// The parts of a patch without a pattern whose corner `turn` is its plan's corner 0.
-    pub fn selection(&self, is_subface: bool, parts: Parts, turn: u8) -> &Selection {
-        self.selections.get(is_subface, parts, turn)
+    /// What a whole face without a pattern evaluates, whose corner `turn` is its plan's corner 0; none at rates so high that this would
+    /// take too much memory.
+    pub fn own_selection(&self, parts: Parts, turn: u8) -> Option<&Selection> {
+        self.selections.are_own(false).then(|| &**self.selections.get(false, parts, turn))
+    }
+
+    /// Some parts, at least, of a patch without a pattern, in the plan's orientation.
+    pub fn selection(&self, is_subface: bool, parts: Parts) -> &Selection {
+        self.selections.get(is_subface, if self.selections.are_own(is_subface) { parts } else { ALL }, 0)
+    }
+
+    /// The same without the samples inside, in the plan's orientation.
+    pub fn selection_on_sides(&self, is_subface: bool, parts: Parts) -> &Selection {
+        self.selections.on_sides(is_subface, parts)
     }
 
     /// The weights at a corner of a plan that a further normal is evaluated at.
@@ -167,14 +180,17 @@ impl<'a, T: Real> Patterns<'a, T> {
 }
 
 impl Wanted {
-    fn pattern<T: Real>(&self, is_triangle: bool, maker: &GridMaker<'_>, scratch: &mut GridScratch) -> Pattern<T> {
-        let Self { plan, cells, parts, own } = *self;
-        let samples = GridSamples::new(cells, is_triangle, parts);
-        let turn = own.unwrap_or(0);
-        let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(is_triangle, cells, point, turn);
+    fn pattern<T: Real>(
+        &self,
+        selections: &Selections,
+        maker: &GridMaker<'_>,
+        is_subface: bool,
+        scratch: &mut GridScratch,
+    ) -> Pattern<T> {
+        let selection = selections.get(is_subface, self.parts, self.own.unwrap_or(0)).clone();
         let mut matrix = SurfaceMatrix::default();
-        maker.fill(plan, samples.points().iter().map(in_plan), scratch, &mut matrix);
-        Pattern { samples, is_own: own.is_some(), matrix }
+        maker.fill(self.plan, &selection.points, selection.samples.len(), scratch, &mut matrix);
+        Pattern { selection, is_own: self.own.is_some(), matrix }
     }
 }
 

@@ -1,43 +1,64 @@
-//! Samples of faces without a pattern: what such a face evaluates, in the order of its points, and where that lies in its plan.
+//! What a face evaluates, in the order of its points, and where that lies in its plan.
 
 use super::grid::{GridSamples, Parts};
-use crate::limit::plan::Sample;
-use std::sync::OnceLock;
+use crate::limit::plan::GridPoints;
+use crate::scheme::SplitKind;
+use std::sync::{Arc, OnceLock};
+
+/// Facets a side from which on faces that lie differently, or evaluate different sides, have one selection in common. Larger: memory,
+/// thirteen bytes for each point of a face and way to lie; smaller: samples that are copied, or not needed.
+const MANY_CELLS: u32 = 128;
 
 /// Some samples of a face.
 pub(super) struct Selection {
     pub samples: GridSamples,
     /// The same in the plan.
-    pub points: Vec<Sample>,
+    pub points: GridPoints,
 }
 
 /// Every selection that was asked for.
 pub(super) struct Selections {
     is_triangle: bool,
     cells: [u32; 2],
-    /// By kind of patch (whole face, sub-face), turn and parts.
-    made: [Vec<OnceLock<Box<Selection>>>; 2],
+    /// By kind of patch (whole face, sub-face), turn, whether samples inside are left out, and parts.
+    made: [Vec<OnceLock<Arc<Selection>>>; 2],
 }
 
 impl Selections {
     /// For whole faces and sub-faces of these cells.
     pub fn new(cells: [u32; 2], is_triangle: bool) -> Self {
-        let none = |turns: usize| (0..turns << 8).map(|_| OnceLock::new()).collect();
+        let none = |turns: usize| (0..turns << 9).map(|_| OnceLock::new()).collect();
         // Sub-faces start at their own corner.
         Self { is_triangle, cells, made: [none(4), none(1)] }
     }
 
+    /// True where every face has a selection of its own samples.
+    pub fn are_own(&self, is_subface: bool) -> bool {
+        self.cells[usize::from(is_subface)] < MANY_CELLS
+    }
+
     /// The parts of a patch whose corner `turn` is its plan's corner 0.
-    pub fn get(&self, is_subface: bool, parts: Parts, turn: u8) -> &Selection {
+    pub fn get(&self, is_subface: bool, parts: Parts, turn: u8) -> &Arc<Selection> {
+        self.made(is_subface, parts, turn, false)
+    }
+
+    /// The same without the samples inside, in the plan's orientation.
+    pub fn on_sides(&self, is_subface: bool, parts: Parts) -> &Arc<Selection> {
+        self.made(is_subface, parts, 0, true)
+    }
+
+    fn made(&self, is_subface: bool, parts: Parts, turn: u8, on_sides: bool) -> &Arc<Selection> {
         let kind = usize::from(is_subface);
         let cells = self.cells[kind];
         let new = || {
-            let samples = GridSamples::new(cells, self.is_triangle, parts);
-            let in_plan = |&point: &[u32; 2]| GridSamples::in_plan(self.is_triangle, cells, point, turn);
-            let points = (0..).zip(samples.points().iter().map(in_plan));
-            let points = points.map(|(number, at)| Sample { number, at }).collect();
-            Box::new(Selection { samples, points })
+            let samples = match on_sides {
+                false => GridSamples::new(cells, self.is_triangle, parts),
+                true => GridSamples::on_sides(cells, self.is_triangle, parts),
+            };
+            let split = if self.is_triangle { SplitKind::Triangles } else { SplitKind::Quads };
+            let points = GridPoints::new(samples.points(), cells, split, turn);
+            Arc::new(Selection { samples, points })
         };
-        self.made[kind][usize::from(turn) << 8 | usize::from(parts)].get_or_init(new)
+        self.made[kind][usize::from(turn) << 9 | usize::from(on_sides) << 8 | usize::from(parts)].get_or_init(new)
     }
 }

@@ -16,7 +16,7 @@ use crate::scheme::Scheme;
 use crate::shading::ShadingNormals;
 use rayon::prelude::*;
 use std::sync::Mutex;
-use subsurf_memory::{advise, reserve, with_capacity};
+use subsurf_memory::{advise, reserve_whole_pages, with_capacity};
 
 /// Tessellates a mesh whose control points move: facets, and the weights of all samples, are made once. A frame agrees with
 /// what [`tessellate`](LimitSurface::tessellate) gives to rounding, as that sums in `f64` where few faces are alike.
@@ -50,6 +50,8 @@ pub struct Tessellator<'a, T> {
     /// Kept from frame to frame.
     vertices: Mutex<Vertices<T, 3>>,
     options: TessellateOptions,
+    /// Of a single frame, memory that its arrays should not come from.
+    _before: Vec<u8>,
 }
 
 impl PatchTable {
@@ -82,11 +84,14 @@ impl PatchTable {
         let is_faceted = options.normals && self.scheme() == Scheme::Bilinear;
         let shared = options.normals && !is_faceted;
         let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
+        let mut before = Vec::new();
         if frames == Frames::One {
-            // Positions, normals, and about one facet of four corners a point.
-            let normals = if shared { layout.points() } else { 0 };
+            // Positions, normals, and about one facet of four corners a point, whose normals may have numbers of their own.
+            let normals = if shared { layout.points() + sides.extra() } else { 0 };
             let samples = (layout.points() + normals).saturating_mul(size_of::<[T; 3]>());
-            reserve(samples.saturating_add(layout.points().saturating_mul(5 * size_of::<u32>())));
+            let numbers = if sides.extra() > 0 { 9 } else { 5 };
+            before =
+                reserve_whole_pages(samples.saturating_add(layout.points().saturating_mul(numbers * size_of::<u32>())));
         }
         let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
         let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
@@ -99,7 +104,7 @@ impl PatchTable {
         }
         let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides), frames));
         let vertices = Mutex::default();
-        Ok(Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options })
+        Ok(Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options, _before: before })
     }
 }
 
@@ -144,7 +149,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
     }
 
     /// Points and normals for these control points, one per vertex of the mesh. Nothing is allocated but a few blocks per
-    /// thread, and, at rates so high that patterns would be too large, some per face.
+    /// thread and, at rates so high that patterns would be too large, the first time lists of the points of a face.
     ///
     /// # Panics
     /// If a slice has not the length that [`point_count`](Self::point_count) and [`normal_count`](Self::normal_count)

@@ -13,6 +13,7 @@
 //! that are kept linear go through [`Plan::weights`], point by point.
 
 mod dense;
+mod region;
 mod values;
 
 use super::grid::Grid;
@@ -25,9 +26,10 @@ use crate::limit::single_crease;
 use crate::limit::special::PointWeights;
 use crate::real::Real;
 use crate::scheme::SplitKind;
-pub(crate) use dense::Sample;
 use dense::{Control, Target, WIDTH, Weights, add, combine, product, refine, run_of};
 
+pub(crate) use region::GridPoints;
+use region::{Crossings, Region, Sample};
 pub(crate) use values::GridValues;
 
 /// Largest ring whose rows are dense, of 128 KiB. Larger: memory, and time for rows of zeros; smaller: more plans point by point.
@@ -61,32 +63,26 @@ impl<'a> GridMaker<'a> {
         Self { plans, grid, count, cubic: (0..=cells).map(at).collect(), bases: LeafBases::new(grid, count) }
     }
 
-    /// Facets a side.
-    pub fn cells(&self) -> u32 {
-        self.grid.cells
-    }
-
-    /// Writes the weights of a plan at some grid points, rounded to `T`.
+    /// Writes the weights of a plan at `count` grid points, rounded to `T`.
     pub fn fill<T: Real>(
         &self,
         plan: usize,
-        points: impl ExactSizeIterator<Item = [u32; 2]>,
+        points: &GridPoints,
+        count: usize,
         scratch: &mut GridScratch,
         out: &mut SurfaceMatrix<T>,
     ) {
         let plan = self.plans.get(plan);
         let ring = plan.ring();
-        out.resize(points.len(), ring, self.count);
-        let mut samples = scratch.lists.pop().unwrap_or_default();
-        samples.clear();
-        samples.extend((0..).zip(points).map(|(number, at)| Sample { number, at }));
+        out.resize(count, ring, self.count);
+        let samples = points.region(self.grid.cells);
         let mut target = Weights { out, ring };
         let whole = [[1.0, 0.0], [0.0, 1.0]];
         if ring > MOST_RING {
-            for &sample in &samples {
+            samples.each(|sample| {
                 let rows = self.single(plan.start, sample);
                 target.write([0, 1, 2].map(|k| &rows[k][..]), 0, ring, sample.number, whole, self.count);
-            }
+            });
         } else {
             let chunks = target.chunks();
             let mut identity = scratch.matrices.pop().unwrap_or_default();
@@ -94,10 +90,9 @@ impl<'a> GridMaker<'a> {
             identity.resize(ring * chunks, [0.0; WIDTH]);
             (0..ring).for_each(|p| identity[p * chunks + p / WIDTH][p % WIDTH] = 1.0);
             let control = Control { matrix: &identity, some: None, jacobian: whole, depth: 0 };
-            self.node(plan.start, control, &samples, scratch, &mut target);
+            self.node(plan.start, control, samples, scratch, &mut target);
             scratch.matrices.push(identity);
         }
-        scratch.lists.push(samples);
     }
 
     /// The weights of samples in a node.
@@ -105,7 +100,7 @@ impl<'a> GridMaker<'a> {
         &self,
         link: Link,
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Region<'_>,
         scratch: &mut GridScratch<W>,
         target: &mut impl Target<W>,
     ) {
@@ -124,44 +119,63 @@ impl<'a> GridMaker<'a> {
         split: &Split,
         link: Link,
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Region<'_>,
         scratch: &mut GridScratch<W>,
         target: &mut impl Target<W>,
     ) {
         let (chunks, halved) = (target.chunks(), split.children().len() > 1);
         // The samples of every child, in its parameters.
+        let children = split.children();
         let mut lists: [Vec<Sample>; 4] = Default::default();
-        for list in &mut lists[..split.children().len()] {
-            *list = scratch.lists.pop().unwrap_or_default();
-            list.clear();
-        }
-        for &Sample { number, at } in samples {
-            let (child, below) = match halved {
-                true => {
-                    let child = self.grid.child_of(at);
-                    (child, self.grid.in_child(child, at))
+        let mut regions = [Region::List(&[]); 4];
+        match samples {
+            Region::Crossings(crossings) => {
+                let n = self.grid.cells as i32;
+                for (number, child) in children.iter().enumerate() {
+                    let part = if halved { crossings.child(n, number) } else { crossings };
+                    if !part.is_empty() {
+                        regions[number] = Region::Crossings(part.turned(n, child.turn));
+                    }
                 }
-                false => (0, at),
-            };
-            lists[child].push(Sample { number, at: self.grid.turned(below, split.children()[child].turn) });
+            }
+            Region::List(samples) => {
+                for list in &mut lists[..children.len()] {
+                    *list = scratch.lists.pop().unwrap_or_default();
+                    list.clear();
+                }
+                for &Sample { number, at } in samples {
+                    let (child, below) = match halved {
+                        true => {
+                            let child = self.grid.child_of(at);
+                            (child, self.grid.in_child(child, at))
+                        }
+                        false => (0, at),
+                    };
+                    lists[child].push(Sample { number, at: self.grid.turned(below, children[child].turn) });
+                }
+                regions.iter_mut().zip(&lists).for_each(|(region, list)| *region = Region::List(list));
+            }
         }
-        // The refined points that these children need.
+        let is_met = |region: &Region<'_>| !matches!(region, Region::List([]));
+        // The refined points that these children need: all that there are, if all children are met.
         let mut matrix = scratch.matrices.pop().unwrap_or_default();
         let GridScratch { needed, is_made, .. } = scratch;
         needed.clear();
-        is_made.clear();
-        is_made.resize(split.points.len(), false);
-        for (child, _) in split.children().iter().zip(&lists).filter(|(_, list)| !list.is_empty()) {
-            for &point in split.ring(child) {
-                if !std::mem::replace(&mut is_made[point as usize], true) {
-                    needed.push(point);
+        if !regions[..children.len()].iter().all(is_met) {
+            is_made.clear();
+            is_made.resize(split.points.len(), false);
+            for (child, _) in children.iter().zip(&regions).filter(|(_, region)| is_met(region)) {
+                for &point in split.ring(child) {
+                    if !std::mem::replace(&mut is_made[point as usize], true) {
+                        needed.push(point);
+                    }
                 }
             }
         }
-        matrix.resize(split.points.len() * chunks, [0.0; W]);
+        make_room(&mut matrix, split.points.len() * chunks);
         refine(control, &split.points, needed, chunks, &mut matrix);
-        for (number, (child, list)) in split.children().iter().zip(&lists).enumerate() {
-            if list.is_empty() {
+        for (number, (child, region)) in children.iter().zip(regions).enumerate() {
+            if !is_met(&region) {
                 continue;
             }
             let flip = if number == 3 && self.grid.split == SplitKind::Triangles { -1.0 } else { 1.0 };
@@ -174,9 +188,11 @@ impl<'a> GridMaker<'a> {
                 jacobian,
                 depth: control.depth + u32::from(halved),
             };
-            self.node(child.link(link.raise), control, list, scratch, target);
+            self.node(child.link(link.raise), control, region, scratch, target);
         }
-        scratch.lists.extend(lists);
+        if let Region::List(_) = samples {
+            scratch.lists.extend(lists);
+        }
         scratch.matrices.push(matrix);
     }
 
@@ -185,7 +201,7 @@ impl<'a> GridMaker<'a> {
         leaf: &Leaf,
         link: Link,
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Region<'_>,
         scratch: &mut GridScratch<W>,
         target: &mut impl Target<W>,
     ) {
@@ -199,54 +215,66 @@ impl<'a> GridMaker<'a> {
             (LeafShape::Special { turn, vertex }, _) => (*turn, None, Some(self.bases.of(Some(vertex)))),
         };
         let mut matrix = scratch.matrices.pop().unwrap_or_default();
-        let mut turned = scratch.lists.pop().unwrap_or_default();
-        matrix.resize(leaf.points.len() * chunks, [0.0; W]);
+        let mut list = scratch.lists.pop().unwrap_or_default();
+        make_room(&mut matrix, leaf.points.len() * chunks);
         combine(control, &leaf.points, chunks, &mut matrix);
-        turned.clear();
-        turned.extend(samples.iter().map(|s| Sample { at: self.grid.turned(s.at, turn), ..*s }));
+        let turned = match samples {
+            Region::Crossings(crossings) => Region::Crossings(crossings.turned(self.grid.cells as i32, turn)),
+            Region::List(samples) => {
+                list.clear();
+                list.extend(samples.iter().map(|s| Sample { at: self.grid.turned(s.at, turn), ..*s }));
+                Region::List(&list)
+            }
+        };
         let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
         let own = Control { matrix: &matrix, some: None, jacobian, depth: control.depth };
-        match basis {
-            Some(basis) => self.by_point(&basis, own, &turned, target),
-            None => {
+        match (basis, turned) {
+            (None, Region::Crossings(samples)) => {
                 let curve = |j: u32| match sharpness {
                     Some(sharpness) => single_crease::curve(1.0 - f64::from(j) / f64::from(self.grid.cells), sharpness),
                     None => self.cubic[j as usize],
                 };
-                turned.sort_by_key(|sample| sample.at[1]);
-                self.by_curves(curve, own, &turned, target);
+                self.by_curves(curve, own, samples, target);
+            }
+            (basis, _) => {
+                let basis = basis.expect("patches over triangles are no products");
+                self.by_point(&basis, own, turned, target);
             }
         }
-        scratch.lists.push(turned);
+        scratch.lists.push(list);
         scratch.matrices.push(matrix);
     }
 
-    /// Samples of a leaf whose basis is a product of two curves, `across` being that in v; samples of equal v side by side.
+    /// Samples of a leaf whose basis is a product of two curves, `across` being that in v.
     /// What has v in common is summed first, whichever samples are wanted, and the rest sample by sample.
     fn by_curves<const W: usize>(
         &self,
         across: impl Fn(u32) -> [[f64; 4]; 3],
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Crossings<'_>,
         target: &mut impl Target<W>,
     ) {
         let (chunks, inner) = (target.chunks(), &self.cubic);
-        for run in samples.chunk_by(|a, b| a.at[1] == b.at[1]) {
-            let outer = across(run[0].at[1]);
-            vectorized(
-                #[inline(always)]
-                || {
+        vectorized(
+            #[inline(always)]
+            || {
+                for row in 0..samples.rows() {
+                    let row = samples.row(row);
+                    if row.is_empty() {
+                        continue;
+                    }
+                    let outer = across(row.v);
                     for chunk in (0..chunks).step_by(2) {
                         match (chunk + 1 < chunks, self.count) {
-                            (true, 1) => run_of::<W, 2, 1>(run, &outer, inner, control, chunk, target),
-                            (true, _) => run_of::<W, 2, 3>(run, &outer, inner, control, chunk, target),
-                            (false, 1) => run_of::<W, 1, 1>(run, &outer, inner, control, chunk, target),
-                            (false, _) => run_of::<W, 1, 3>(run, &outer, inner, control, chunk, target),
+                            (true, 1) => run_of::<W, 2, 1>(row, &outer, inner, control, chunk, target),
+                            (true, _) => run_of::<W, 2, 3>(row, &outer, inner, control, chunk, target),
+                            (false, 1) => run_of::<W, 1, 1>(row, &outer, inner, control, chunk, target),
+                            (false, _) => run_of::<W, 1, 3>(row, &outer, inner, control, chunk, target),
                         }
                     }
-                },
-            );
-        }
+                }
+            },
+        );
     }
 
     /// Samples of a leaf with any basis.
@@ -254,30 +282,33 @@ impl<'a> GridMaker<'a> {
         &self,
         basis: &Basis<'_>,
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Region<'_>,
         target: &mut impl Target<W>,
     ) {
         let chunks = target.chunks();
         vectorized(
             #[inline(always)]
             || {
-                for sample in samples {
-                    basis.with(
-                        sample.at,
-                        #[inline(always)]
-                        |weights| {
-                            for chunk in 0..chunks {
-                                let mut rows = [[[0.0; W]; 1]; 3];
-                                for order in 0..self.count {
-                                    for (i, &w) in weights[order].iter().enumerate() {
-                                        add(&mut rows[order][0], w, &control.matrix[i * chunks + chunk]);
+                samples.each(
+                    #[inline(always)]
+                    |sample| {
+                        basis.with(
+                            sample.at,
+                            #[inline(always)]
+                            |weights| {
+                                for chunk in 0..chunks {
+                                    let mut rows = [[[0.0; W]; 1]; 3];
+                                    for order in 0..self.count {
+                                        for (i, &w) in weights[order].iter().enumerate() {
+                                            add(&mut rows[order][0], w, &control.matrix[i * chunks + chunk]);
+                                        }
                                     }
+                                    target.put(&rows, chunk, sample.number, control.jacobian, self.count);
                                 }
-                                target.put(&rows, chunk, sample.number, control.jacobian, self.count);
-                            }
-                        },
-                    );
-                }
+                            },
+                        );
+                    },
+                );
             },
         );
     }
@@ -287,11 +318,11 @@ impl<'a> GridMaker<'a> {
         &self,
         link: Link,
         control: Control<'_, W>,
-        samples: &[Sample],
+        samples: Region<'_>,
         target: &mut impl Target<W>,
     ) {
         let chunks = target.chunks();
-        for &sample in samples {
+        samples.each(|sample| {
             let weights = self.single(link, sample);
             for chunk in 0..chunks {
                 let mut rows = [[[0.0; W]; 1]; 3];
@@ -302,7 +333,7 @@ impl<'a> GridMaker<'a> {
                 }
                 target.put(&rows, chunk, sample.number, control.jacobian, self.count);
             }
-        }
+        });
     }
 
     /// Weights over the points of a node.
@@ -310,6 +341,13 @@ impl<'a> GridMaker<'a> {
         let plan = Plan { plans: self.plans, number: usize::MAX, start: link };
         let [u, v] = self.grid.uv(sample.at);
         spanning(plan.weights(u, v, 0, self.count), plan.ring())
+    }
+}
+
+/// Makes a matrix at least so long; what it holds is written over.
+fn make_room<const W: usize>(matrix: &mut Vec<[f64; W]>, len: usize) {
+    if matrix.len() < len {
+        matrix.resize(len, [0.0; W]);
     }
 }
 
@@ -348,11 +386,12 @@ mod tests {
         let points: Vec<[u32; 2]> = (0..=cells).flat_map(|j| (0..=cells).map(move |i| [i, j])).collect();
         let is_inside = |p: &[u32; 2]| maker.grid.split == SplitKind::Quads || p[0] + p[1] <= cells;
         let points: Vec<[u32; 2]> = points.into_iter().filter(is_inside).collect();
+        let wanted = GridPoints::new(&points, cells, maker.grid.split, 0);
         let mut scratch = GridScratch::default();
         let [mut matrix, mut of_position] = [0; 2].map(|_| SurfaceMatrix::<f64>::default());
         for plan in 0..table.plan_count() {
-            maker.fill(plan, points.iter().copied(), &mut scratch, &mut matrix);
-            positions.fill(plan, points.iter().copied(), &mut scratch, &mut of_position);
+            maker.fill(plan, &wanted, points.len(), &mut scratch, &mut matrix);
+            positions.fill(plan, &wanted, points.len(), &mut scratch, &mut of_position);
             let plan = table.plan(plan);
             for (k, &point) in points.iter().enumerate() {
                 let [u, v] = maker.grid.uv(point);

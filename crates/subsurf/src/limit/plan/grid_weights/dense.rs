@@ -2,19 +2,13 @@
 //! components of values at the control points of one face.
 
 use super::super::points::Points;
+use super::region::Row;
 use crate::kernel::{LANES, SurfaceMatrix, vectorized};
 use crate::limit::rows::Rows;
 use crate::real::Real;
 
 /// Numbers of a vector of weights; rows are filled up to a multiple.
 pub(super) const WIDTH: usize = 8;
-
-/// A grid point in the parameters of a node, and its number among those that are wanted.
-#[derive(Clone, Copy)]
-pub(crate) struct Sample {
-    pub number: u32,
-    pub at: [u32; 2],
-}
 
 /// Control points of a node or leaf: some rows of a matrix.
 #[derive(Clone, Copy)]
@@ -76,7 +70,7 @@ pub(super) fn add<const W: usize>(sum: &mut [f64; W], w: f64, row: &[f64; W]) {
     }
 }
 
-/// Some refined points.
+/// Some refined points; all, where none is listed.
 pub(super) fn refine<const W: usize>(
     control: Control<'_, W>,
     points: &Points,
@@ -87,6 +81,11 @@ pub(super) fn refine<const W: usize>(
     vectorized(
         #[inline(always)]
         || {
+            if some.is_empty() {
+                for (point, out) in out.chunks_exact_mut(chunks).take(points.len()).enumerate() {
+                    sum_terms(control, points.terms(point), chunks, out);
+                }
+            }
             for &point in some {
                 let terms = points.terms(point as usize);
                 sum_terms(control, terms, chunks, &mut out[point as usize * chunks..]);
@@ -99,9 +98,20 @@ pub(super) fn refine<const W: usize>(
 pub(super) fn combine<const W: usize>(control: Control<'_, W>, rows: &Rows, chunks: usize, out: &mut [[f64; W]]) {
     vectorized(
         #[inline(always)]
-        || {
-            for i in 0..rows.len() {
-                sum_terms(control, rows.terms(i), chunks, &mut out[i * chunks..]);
+        || match rows.selected() {
+            // Most leaves take their points as they are.
+            Some(columns) => {
+                for (out, &c) in out.chunks_exact_mut(chunks).zip(columns) {
+                    let from = &control.matrix[control.row(c) * chunks..][..chunks];
+                    for (out, from) in out.iter_mut().zip(from) {
+                        *out = *from;
+                    }
+                }
+            }
+            None => {
+                for i in 0..rows.len() {
+                    sum_terms(control, rows.terms(i), chunks, &mut out[i * chunks..]);
+                }
             }
         },
     );
@@ -139,6 +149,10 @@ fn terms_of<const W: usize, const K: usize>(
     let mut sums = [[0.0; W]; K];
     for (&c, &w) in columns.iter().zip(weights) {
         let at = control.row(c) * chunks + chunk;
+        if K == 1 {
+            add(&mut sums[0], w, &control.matrix[at]);
+            continue;
+        }
         let from = &control.matrix[at..at + K];
         for k in 0..K {
             add(&mut sums[k], w, &from[k]);
@@ -147,10 +161,10 @@ fn terms_of<const W: usize, const K: usize>(
     sums
 }
 
-/// Samples of equal v, `outer` being the weights there and `inner` those at all lines of equal u: `K` vectors of their rows.
+/// Samples of a row, `outer` being the weights there and `inner` those at all lines of equal u: `K` vectors of their rows.
 #[inline(always)]
 pub(super) fn run_of<const W: usize, const K: usize, const COUNT: usize>(
-    run: &[Sample],
+    run: Row<'_>,
     outer: &[[f64; 4]; 3],
     inner: &[[[f64; 4]; 3]],
     control: Control<'_, W>,
@@ -171,20 +185,23 @@ pub(super) fn run_of<const W: usize, const K: usize, const COUNT: usize>(
             }
         }
     }
-    for sample in run {
-        let inner = &inner[sample.at[0] as usize];
-        let mut rows = [[[0.0; W]; K]; 3];
-        for x in 0..4 {
-            for k in 0..K {
-                add(&mut rows[0][k], inner[0][x], &line[0][x][k]);
-                if COUNT == 3 {
-                    add(&mut rows[1][k], inner[1][x], &line[0][x][k]);
-                    add(&mut rows[2][k], inner[0][x], &line[1][x][k]);
+    run.each(
+        #[inline(always)]
+        |number, u| {
+            let inner = &inner[u as usize];
+            let mut rows = [[[0.0; W]; K]; 3];
+            for x in 0..4 {
+                for k in 0..K {
+                    add(&mut rows[0][k], inner[0][x], &line[0][x][k]);
+                    if COUNT == 3 {
+                        add(&mut rows[1][k], inner[1][x], &line[0][x][k]);
+                        add(&mut rows[2][k], inner[0][x], &line[1][x][k]);
+                    }
                 }
             }
-        }
-        target.put(&rows, chunk, sample.number, control.jacobian, COUNT);
-    }
+            target.put(&rows, chunk, number, control.jacobian, COUNT);
+        },
+    );
 }
 
 impl<T: Real> Target<WIDTH> for Weights<'_, T> {

@@ -1,8 +1,8 @@
 //! Values of one face at points of a grid, without weights: the way down the patch tree with the values at the face's control
 //! points, relative to one of them, in `f64`. Up to four components are one vector.
 
-use super::dense::{Control, Jacobian, Sample, Target};
-use super::{GridMaker, GridScratch};
+use super::dense::{Control, Jacobian, Target};
+use super::{GridMaker, GridPoints, GridScratch};
 use crate::kernel::LANES;
 use crate::real::Real;
 
@@ -58,12 +58,12 @@ impl GridMaker<'_> {
         &self,
         plan: usize,
         control: &[[f64; W]],
-        samples: &[Sample],
+        points: &GridPoints,
         scratch: &mut GridScratch<W>,
         out: &mut GridValues<'_, T, N>,
     ) {
         let start = self.plans.get(plan).start;
         let control = Control { matrix: control, some: None, jacobian: [[1.0, 0.0], [0.0, 1.0]], depth: 0 };
-        self.node(start, control, samples, scratch, out);
+        self.node(start, control, points.region(self.grid.cells), scratch, out);
     }
 }
