@@ -6,6 +6,7 @@
 mod by_values;
 mod channel;
 mod corner_rows;
+mod crease_normals;
 mod evaluate;
 mod faceted;
 mod facets;

@@ -3,14 +3,12 @@
 //! the points inside them and the vertices and edges that they own: each kind is one run of the result.
 
 use super::by_values::ValueMemory;
-use super::corner_rows::{CornerRow, corner_of};
 use super::grid::{self, ALL, GridSamples, Parts, turned_parts};
-use super::normals::Sides;
 use super::output::{Output, Vertices, of};
 use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
-use crate::kernel::{LANES, Ring, Samples, level, unit_normals_of};
+use crate::kernel::{LANES, Ring, Samples, level};
 use crate::limit::Location;
 use crate::real::{Real, round};
 use fearless_simd::{Simd, dispatch};
@@ -28,10 +26,10 @@ pub(super) struct Evaluator<'a, T, const N: usize> {
 }
 
 /// What a thread keeps from face to face.
-struct Scratch<T, const N: usize> {
+pub(super) struct Scratch<T, const N: usize> {
     ring: Vec<[T; N]>,
     points: Vec<[T; N]>,
-    normals: Vec<[T; 3]>,
+    pub normals: Vec<[T; 3]>,
     /// By block, the samples whose normals are to be had otherwise.
     unsure: Vec<u32>,
     /// Of faces without a pattern.
@@ -81,88 +79,6 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             tasks.push(Task { faces, vertices: own_vertices, edges: own_edges, inside: own_inside });
         }
         tasks.into_par_iter().for_each_init(Scratch::default, |scratch, task| self.chunk(task, scratch));
-    }
-
-    /// Normals of the further sides of creases.
-    pub fn extra_normals(&self, sides: &Sides, normals: &mut [[T; 3]]) {
-        let layout = self.sampler.layout();
-        let corners: Vec<u32> = sides.corners().map(|h| h.0).collect();
-        let (at_corners, along_edges) = normals.split_at_mut(corners.len());
-        at_corners
-            .par_chunks_mut(LANES)
-            .zip(corners.par_chunks(LANES))
-            .for_each(|(normals, corners)| self.corners(corners, normals));
-        let Some(rate) = sides.edges().next().map(|h| layout.rates.edge(layout.table.topology().edge(h))) else {
-            return;
-        };
-        let edges: Vec<HalfEdge> = sides.edges().collect();
-        along_edges
-            .par_chunks_mut(rate as usize - 1)
-            .zip(edges)
-            .for_each_init(Scratch::default, |scratch, (normals, h)| self.along(h, normals, scratch));
-    }
-
-    /// Normals of the points inside an edge as the face of `h` sees it.
-    fn along(&self, h: HalfEdge, normals: &mut [[T; 3]], scratch: &mut Scratch<T, N>) {
-        let layout = self.sampler.layout();
-        let t = layout.table.topology();
-        let face = t.face(h);
-        let corner = h.0 - t.first(face);
-        let subfaces = layout.table.subfaces(face);
-        if subfaces == 1 {
-            let turn = layout.table.turn(layout.table.patch(face, 0));
-            let own = turned_parts(layout.is_triangle(), grid::side(corner as u8), turn);
-            let samples = self.some_of(face, 0, own, false, scratch);
-            normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
-            return;
-        }
-        let (out, back) = normals.split_at_mut(layout.cells[1] as usize);
-        let samples = self.some_of(face, corner, grid::side(0) | grid::corner(1), false, scratch);
-        out[..back.len()].copy_from_slice(&scratch.normals[samples.side(0)]);
-        out[back.len()] = scratch.normals[samples.corner(1)];
-        let samples = self.some_of(face, (corner + 1) % subfaces, grid::side(3), false, scratch);
-        back.copy_from_slice(&scratch.normals[samples.side(3)]);
-    }
-
-    /// Normals of up to a block of face corners.
-    fn corners(&self, corners: &[u32], normals: &mut [[T; 3]]) {
-        let [mut du, mut dv] = [[[T::default(); LANES]; 3]; 2];
-        let mut extent = [T::default(); LANES];
-        for (k, &h) in corners.iter().enumerate() {
-            let ([u, v], size) = self.corner(HalfEdge(h));
-            extent[k] = size;
-            (0..3).for_each(|c| (du[c][k], dv[c][k]) = (u[c % N], v[c % N]));
-        }
-        let mut unit = [[T::default(); 3]; LANES];
-        let unsure = unit_normals_of(&du, &dv, &extent, &mut unit);
-        normals.copy_from_slice(&unit[..corners.len()]);
-        for (k, &h) in corners.iter().enumerate().filter(|(k, _)| unsure >> k & 1 != 0) {
-            normals[k] = round(self.sampler.single(self.sampler.layout().corner_location(HalfEdge(h))).1);
-        }
-    }
-
-    /// Derivatives at the start of a half-edge; and how far from each other its control points are.
-    fn corner(&self, h: HalfEdge) -> ([[T; N]; 2], T) {
-        let layout = self.sampler.layout();
-        let (patch, corner) = corner_of(layout.table, layout.is_triangle(), h);
-        let plan = layout.table.patch_plan(patch).expect("its face is no hole");
-        let row: &CornerRow<T> = self.patterns.corner(plan, corner);
-        let (ring, control) = (layout.table.ring(patch), self.sampler.surface().points());
-        let base = control[ring[0] as usize];
-        let mut sums = [[T::default(); N]; 2];
-        let mut extent = T::default();
-        for &(p, weights) in row {
-            let point = control[ring[p as usize] as usize];
-            for c in 0..N {
-                let x = point[c] - base[c];
-                let size = if x > T::default() { x } else { T::default() - x };
-                extent = if size > extent { size } else { extent };
-                for k in 0..2 {
-                    sums[k][c] = sums[k][c] + weights[k] * x;
-                }
-            }
-        }
-        (sums, extent)
     }
 
     fn chunk(&self, mut task: Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
@@ -331,7 +247,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     }
 
     /// The same; the samples inside may be left out.
-    fn some_of(
+    pub(super) fn some_of(
         &self,
         face: Face,
         subface: u32,
@@ -441,6 +357,7 @@ mod tests {
     use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tessellate::layout::{Layout, PatchRates};
+    use crate::tessellate::normals::Sides;
     use crate::tessellate::pattern::Frames;
     use crate::tessellate::sample::NormalOf;
 
