@@ -5,8 +5,8 @@
 //! processor most of its look-ups of addresses afterwards. Many systems hand them out only where a program says
 //! that it wants them (`/sys/kernel/mm/transparent_hugepage/enabled` reads `madvise`).
 //!
-//! That is all this crate does: it says so about the memory of a [`Vec`]. Contents never change, and no more memory is used
-//! than what the allocator has asked the system for. On other systems, where huge pages are switched off, or for arrays of less
+//! That is all this crate does: it says so about the memory of a [`Vec`], or about memory for several ([`reserve`],
+//! [`reserve_whole_pages`]). Contents never change, and no more memory is used than what the allocator has asked the system for. On other systems, where huge pages are switched off, or for arrays of less
 //! than 2 MiB nothing happens.
 //!
 //! ```

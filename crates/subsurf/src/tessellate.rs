@@ -17,6 +17,7 @@ mod normals;
 mod output;
 mod patch_grid;
 mod pattern;
+mod piecewise;
 mod rates;
 mod sample;
 mod selection;

@@ -121,7 +121,9 @@ impl Rows {
     /// The column of every row, where each is just one of the points. For rows that sum to one: these have no fewer terms.
     #[inline(always)]
     pub fn selected(&self) -> Option<&[u32]> {
-        (self.column.len() == self.len()).then_some(&self.column)
+        let selected = (self.column.len() == self.len()).then_some(&self.column[..]);
+        debug_assert!(selected.is_none() || (0..self.len()).all(|i| matches!(self.terms(i), (&[_], &[1.0]))));
+        selected
     }
 
     /// The weights of all rows, one after the other.

@@ -268,6 +268,10 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             let samples = &selection.samples;
             scratch.resize(samples.blocks(), 0, with_normals);
             let Scratch { points, normals, unsure, values, .. } = scratch;
+            if !self.patterns.goes_by_values(is_subface) {
+                self.piecewise((face, subface), samples, parts, points, normals);
+                return samples;
+            }
             let out = Samples { points, normals, unsure };
             if self.by_values(self.patterns.maker(is_subface), patch, selection, values, out) {
                 self.sure_normals(face, subface, samples, (turn, parts), normals, unsure);

@@ -1,6 +1,6 @@
 //! Weights of the samples of uniform tessellations, made once for all faces of a plan: everything about a frame that
 //! positions have no say in. Faces whose plan has too few of them, or whose weights would be too large, are evaluated by
-//! their values.
+//! their values, at high rates sub-patch by sub-patch.
 
 use super::corner_rows::{CornerRow, CornerRows};
 use super::grid::{ALL, GridSamples, Parts};
@@ -17,13 +17,13 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Largest memory for the weights of one pattern, and of all; beyond it faces are evaluated by their values. Larger: memory;
+/// Largest memory for the weights of one pattern, and of all; beyond it faces are evaluated without. Larger: memory;
 /// smaller: time at high rates.
 const PATTERN_BYTES: usize = 32 << 20;
 const ALL_PATTERN_BYTES: usize = 512 << 20;
 
-/// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to
-/// read than the face takes by its values; smaller: more faces that are evaluated that way.
+/// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to make,
+/// and to read, than the face takes without; smaller: more faces that are evaluated that way.
 const MOST_BYTES_PER_FACE: usize = 256 << 10;
 
 /// How often patterns are used.
@@ -136,7 +136,7 @@ impl<'a, T: Real> Patterns<'a, T> {
         Self { patterns, of_patch, makers, corners, selections, turned }
     }
 
-    /// The pattern of a patch; none where it would be too large.
+    /// The pattern of a patch; none where it would be too large, or few faces share the plan.
     pub fn of_patch(&self, patch: usize) -> Option<&Pattern<T>> {
         self.patterns.get(self.of_patch[patch] as usize)
     }
@@ -146,15 +146,20 @@ impl<'a, T: Real> Patterns<'a, T> {
         self.makers[usize::from(is_subface)].as_ref().expect("there are patches of this kind")
     }
 
-    /// What a whole face without a pattern evaluates, whose corner `turn` is its plan's corner 0; none at rates so high that this would
-    /// take too much memory.
-    pub fn own_selection(&self, parts: Parts, turn: u8) -> Option<&Selection> {
-        self.selections.are_own(false).then(|| &**self.selections.get(false, parts, turn))
+    /// True where patches without a pattern go by values; others go sub-patch by sub-patch.
+    pub fn goes_by_values(&self, is_subface: bool) -> bool {
+        self.maker(is_subface).keeps_bases()
     }
 
-    /// Some parts, at least, of a patch without a pattern, in the plan's orientation.
+    /// What a whole face that goes by values evaluates, whose corner `turn` is its plan's corner 0.
+    pub fn own_selection(&self, parts: Parts, turn: u8) -> Option<&Selection> {
+        self.goes_by_values(false).then(|| &**self.selections.get(false, parts, turn))
+    }
+
+    /// Some parts, at least, of a patch without a pattern, in the plan's orientation. At high rates all ways to lie have one list in
+    /// common, since it takes thirteen bytes a point.
     pub fn selection(&self, is_subface: bool, parts: Parts) -> &Selection {
-        self.selections.get(is_subface, if self.selections.are_own(is_subface) { parts } else { ALL }, 0)
+        self.selections.get(is_subface, if self.goes_by_values(is_subface) { parts } else { ALL }, 0)
     }
 
     /// The same without the samples inside, in the plan's orientation.

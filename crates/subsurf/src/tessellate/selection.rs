@@ -5,10 +5,6 @@ use crate::limit::plan::GridPoints;
 use crate::scheme::SplitKind;
 use std::sync::{Arc, OnceLock};
 
-/// Facets a side from which on faces that lie differently, or evaluate different sides, have one selection in common. Larger: memory,
-/// thirteen bytes for each point of a face and way to lie; smaller: samples that are copied, or not needed.
-const MANY_CELLS: u32 = 128;
-
 /// Some samples of a face.
 pub(super) struct Selection {
     pub samples: GridSamples,
@@ -30,11 +26,6 @@ impl Selections {
         let none = |turns: usize| (0..turns << 9).map(|_| OnceLock::new()).collect();
         // Sub-faces start at their own corner.
         Self { is_triangle, cells, made: [none(4), none(1)] }
-    }
-
-    /// True where every face has a selection of its own samples.
-    pub fn are_own(&self, is_subface: bool) -> bool {
-        self.cells[usize::from(is_subface)] < MANY_CELLS
     }
 
     /// The parts of a patch whose corner `turn` is its plan's corner 0.

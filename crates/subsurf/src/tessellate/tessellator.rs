@@ -149,7 +149,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
     }
 
     /// Points and normals for these control points, one per vertex of the mesh. Nothing is allocated but a few blocks per
-    /// thread and, at rates so high that patterns would be too large, the first time lists of the points of a face.
+    /// thread and, at rates so high that patterns would be too large, room for the samples of a face and the first time lists of them.
     ///
     /// # Panics
     /// If a slice has not the length that [`point_count`](Self::point_count) and [`normal_count`](Self::normal_count)

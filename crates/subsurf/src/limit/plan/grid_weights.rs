@@ -17,7 +17,7 @@ mod region;
 mod values;
 
 use super::grid::Grid;
-use super::leaf_basis::{Basis, LeafBases};
+use super::leaf_basis::{Basis, LeafBases, MOST_KEPT};
 use super::sub_patches::Pose;
 use super::{Body, Leaf, LeafShape, Link, Plan, Plans, Split};
 use crate::kernel::{SurfaceMatrix, vectorized};
@@ -61,6 +61,11 @@ impl<'a> GridMaker<'a> {
         let at = |i: u32| cubic(f64::from(i) / f64::from(cells));
         let grid = Grid { cells, split: plans.split };
         Self { plans, grid, count, cubic: (0..=cells).map(at).collect(), bases: LeafBases::new(grid, count) }
+    }
+
+    /// True where what leaves have in common is made once. Where it is not, to go by values takes longer than sub-patch by sub-patch.
+    pub fn keeps_bases(&self) -> bool {
+        self.grid.cells <= MOST_KEPT
     }
 
     /// Writes the weights of a plan at `count` grid points, rounded to `T`.

@@ -10,8 +10,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 /// Largest grid whose bases are kept. Larger: memory, half a kilobyte for each point of a grid and kind of special
-/// vertex; smaller: points at special vertices are made anew for every plan, a microsecond or two each.
-const MOST_KEPT: u32 = 64;
+/// vertex; smaller: points at special vertices are made anew for every plan, or for every face that goes by values, a microsecond
+/// or two each.
+pub(super) const MOST_KEPT: u32 = 64;
 
 /// Weights of position and two derivatives over the points of a leaf.
 type Weights = [Vec<f64>; 3];
