@@ -1,5 +1,5 @@
-//! One piece of work done by several programs, in turn, round after round; what each took, and the ratio of each to
-//! ours of the same round. So what changes on the machine meanwhile changes both.
+//! One piece of work done by several programs, in turn, round after round, each beginning a round in turn; what each took, and
+//! the ratio of each to ours of the same round. So what changes on the machine meanwhile changes both.
 
 use super::clock::{self, Spent};
 use super::record::{Entry, Record, Spread};
@@ -98,7 +98,12 @@ impl<'a> Contest<'a> {
         while rounds.len() < effort.least_rounds
             || rounds.len() < effort.most_rounds && start.elapsed().as_secs_f64() < effort.seconds
         {
-            let round = entrants.iter_mut().zip(&repetitions).map(|(e, &n)| measure(e, n)).collect();
+            // Someone else begins each time: who comes after a pause pays for pages that the host has taken back.
+            let mut round: Vec<Option<Spent>> = entrants.iter().map(|_| None).collect();
+            for k in 0..entrants.len() {
+                let i = (rounds.len() + k) % entrants.len();
+                round[i] = measure(&mut entrants[i], repetitions[i]);
+            }
             rounds.push(round);
         }
         let entries = entrants
