@@ -6,8 +6,8 @@
 //! that it wants them (`/sys/kernel/mm/transparent_hugepage/enabled` reads `madvise`).
 //!
 //! That is all this crate does: it says so about the memory of a [`Vec`], or about memory for several ([`reserve`],
-//! [`reserve_whole_pages`]). Contents never change, and no more memory is used than what the allocator has asked the system for. On other systems, where huge pages are switched off, or for arrays of less
-//! than 2 MiB nothing happens.
+//! [`reserve_whole_pages`]). Contents never change, and no more memory is used than what the allocator has asked the system
+//! for. On other systems, where huge pages are switched off, or for arrays of less than 2 MiB nothing happens.
 //!
 //! ```
 //! let mut squares = subsurf_memory::with_capacity(1 << 20);

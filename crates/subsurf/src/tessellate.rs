@@ -183,6 +183,8 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         options: &TessellateOptions,
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
-        Ok(self.table().tessellator_for(self.points(), options, Frames::One)?.into_mesh(*self, shading))
+        // What lies before the arrays is held back until they are there.
+        let (tessellator, _before) = self.table().tessellator_for(self.points(), options, Frames::One)?;
+        Ok(tessellator.into_mesh(*self, shading))
     }
 }

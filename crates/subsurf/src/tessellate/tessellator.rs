@@ -50,8 +50,6 @@ pub struct Tessellator<'a, T> {
     /// Kept from frame to frame.
     vertices: Mutex<Vertices<T, 3>>,
     options: TessellateOptions,
-    /// Of a single frame, memory that its arrays should not come from.
-    _before: Vec<u8>,
 }
 
 impl PatchTable {
@@ -68,16 +66,16 @@ impl PatchTable {
         points: &[[T; 3]],
         options: &TessellateOptions,
     ) -> Result<Tessellator<'_, T>, TessellateError> {
-        self.tessellator_for(points, options, Frames::Many)
+        Ok(self.tessellator_for(points, options, Frames::Many)?.0)
     }
 
-    /// The same for a number of frames.
+    /// The same for a number of frames; of a single one, also [memory](reserve_whole_pages) to hold back until its arrays are there.
     pub(super) fn tessellator_for<T: Real>(
         &self,
         points: &[[T; 3]],
         options: &TessellateOptions,
         frames: Frames,
-    ) -> Result<Tessellator<'_, T>, TessellateError> {
+    ) -> Result<(Tessellator<'_, T>, Vec<u8>), TessellateError> {
         let rates = rates::choose(&self.surface(points), options.rates, options.most_points)?;
         let layout = Layout::new(self, rates);
         layout.check(options.most_points)?;
@@ -104,7 +102,7 @@ impl PatchTable {
         }
         let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides), frames));
         let vertices = Mutex::default();
-        Ok(Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options, _before: before })
+        Ok((Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options }, before))
     }
 }
 
