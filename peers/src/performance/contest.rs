@@ -86,26 +86,59 @@ impl<'a> Contest<'a> {
 
     /// Runs all in turn. `without` names those who are left out, and why.
     pub fn run(self, effort: Effort, without: &[(String, String)]) -> Record {
-        let Self { what, unit, count, mut entrants } = self;
-        for entrant in &mut entrants {
+        Self::run_together(vec![self], effort, without).remove(0)
+    }
+
+    /// Runs several contests at once, a round of each in turn, so that their times can be compared with one another too:
+    /// what changes on the machine meanwhile changes all. `effort` is for each of them.
+    pub fn run_together(contests: Vec<Self>, effort: Effort, without: &[(String, String)]) -> Vec<Record> {
+        let mut running: Vec<Running<'_>> =
+            contests.into_iter().map(|contest| Running::new(contest, without)).collect();
+        let seconds = effort.seconds * running.len() as f64;
+        let start = Instant::now();
+        let mut round = 0;
+        while round < effort.least_rounds || round < effort.most_rounds && start.elapsed().as_secs_f64() < seconds {
+            running.iter_mut().for_each(Running::round);
+            round += 1;
+        }
+        running.into_iter().map(Running::record).collect()
+    }
+}
+
+/// A contest under way.
+struct Running<'a> {
+    contest: Contest<'a>,
+    /// Of every entrant.
+    repetitions: Vec<usize>,
+    /// What every entrant took, or nothing where it failed.
+    rounds: Vec<Vec<Option<Spent>>>,
+}
+
+impl<'a> Running<'a> {
+    fn new(mut contest: Contest<'a>, without: &[(String, String)]) -> Self {
+        for entrant in &mut contest.entrants {
             if let Some((_, why)) = without.iter().find(|(name, _)| *name == entrant.name) {
                 entrant.run = Err(why.clone());
             }
         }
-        let repetitions: Vec<usize> = entrants.iter_mut().map(first_run).collect();
-        let mut rounds: Vec<Vec<Option<Spent>>> = Vec::new();
-        let start = Instant::now();
-        while rounds.len() < effort.least_rounds
-            || rounds.len() < effort.most_rounds && start.elapsed().as_secs_f64() < effort.seconds
-        {
-            // Someone else begins each time: who comes after a pause pays for pages that the host has taken back.
-            let mut round: Vec<Option<Spent>> = entrants.iter().map(|_| None).collect();
-            for k in 0..entrants.len() {
-                let i = (rounds.len() + k) % entrants.len();
-                round[i] = measure(&mut entrants[i], repetitions[i]);
-            }
-            rounds.push(round);
+        let repetitions = contest.entrants.iter_mut().map(first_run).collect();
+        Self { contest, repetitions, rounds: Vec::new() }
+    }
+
+    /// Someone else begins each time: who comes after a pause pays for pages that the host has taken back.
+    fn round(&mut self) {
+        let entrants = &mut self.contest.entrants;
+        let mut round: Vec<Option<Spent>> = entrants.iter().map(|_| None).collect();
+        for k in 0..entrants.len() {
+            let i = (self.rounds.len() + k) % entrants.len();
+            round[i] = measure(&mut entrants[i], self.repetitions[i]);
         }
+        self.rounds.push(round);
+    }
+
+    fn record(self) -> Record {
+        let Contest { what, unit, count, entrants } = self.contest;
+        let rounds = &self.rounds;
         let entries = entrants
             .iter()
             .enumerate()
@@ -193,5 +226,22 @@ mod tests {
         let failed: Vec<_> = record.entries.iter().map(|e| e.failed.as_deref()).collect();
         assert_eq!(failed, [None, Some("refuses"), Some("aborts"), Some("absent")]);
         assert!(record.entries[0].processor.is_some() && record.entries[2].ratio.is_none());
+    }
+    #[test]
+    fn contests_run_together_take_turns() {
+        let order = std::cell::RefCell::new(Vec::new());
+        let contests = [1, 2].map(|k| {
+            let mut contest = Contest::new(k.to_string(), "vertex", 1);
+            let order = &order;
+            contest.enter_timed("ours", move || {
+                order.borrow_mut().push(k);
+                Ok(Spent { processor: 1e7, wall: 1e7 })
+            });
+            contest
+        });
+        let records = Contest::run_together(contests.into(), SHORT, &[]);
+        assert_eq!(records.iter().map(|r| r.what.as_str()).collect::<Vec<_>>(), ["1", "2"]);
+        // Each runs once before the first round.
+        assert_eq!(*order.borrow(), [1, 2, 1, 2, 1, 2, 1, 2]);
     }
 }

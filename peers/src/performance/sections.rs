@@ -48,7 +48,6 @@ const HUGE_PAGES: &[(&str, &str)] = &[("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1
 const C10K: &str = "cage_10k";
 const C100K: &str = "cage_100k";
 const C1M: &str = "cage_1m";
-const C10M: &str = "cage_10m";
 
 /// In the order of the document.
 pub const SECTIONS: [Section; 14] = [
@@ -159,8 +158,8 @@ pub const SECTIONS: [Section; 14] = [
     Section {
         name: "scaling",
         title: "Scaling: build and refinement of cages that grow",
-        meshes: &[C10K, C100K, C1M, C10M],
-        quick: &[C10K, C100K],
+        meshes: &[C1M],
+        quick: &[C100K],
         run: build::scaling,
         environment: &[],
     },
@@ -171,10 +170,20 @@ impl Context<'_> {
         emit(contest.run(self.effort, &self.without));
     }
 
+    /// Contests whose times will be compared with one another.
+    fn run_together(&self, contests: Vec<Contest<'_>>) -> Vec<Record> {
+        Contest::run_together(contests, self.effort, &self.without)
+    }
+
     /// Whether so many faces are few enough for a rival that takes long over each; who is left out says why.
     fn at_most(&self, faces: usize) -> Result<(), String> {
+        self.at_most_of(self.case, faces)
+    }
+
+    /// The same of another mesh.
+    fn at_most_of(&self, case: &Case, faces: usize) -> Result<(), String> {
         let most = if self.quick { faces / 3 } else { faces };
-        if self.case.faces() <= most { Ok(()) } else { Err("not run: takes too long".to_string()) }
+        if case.faces() <= most { Ok(()) } else { Err("not run: takes too long".to_string()) }
     }
 
     fn control(&self) -> &[[f32; 3]] {

@@ -1,16 +1,20 @@
 //! From face lists to a surface that is ready to evaluate, once per connectivity; and how that grows with the mesh.
 
+use super::super::case::{CAGES, Case};
 use super::super::contest::Contest;
+use super::super::record::Record;
 use super::super::rivals::embree::Embree;
 use super::super::rivals::faces::FaceSurfaces;
 use super::super::rivals::name::*;
 use super::super::rivals::patches::Patches;
 use super::super::rivals::uniform::Uniform;
-use super::super::{floor, ours};
+use super::super::{floor, machine, ours};
 use super::{Context, Emit};
+use crate::opensubdiv::CShape;
 
-/// The refinement of more faces would take more memory than a workstation has.
+/// Of more faces there is a table alone, where there is so much memory: a refinement would take more than a workstation has.
 const MOST_REFINED: usize = 2_000_000;
+const BYTES_BEYOND: u64 = 20 << 30;
 
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let (case, mesh) = (context.case, &context.mesh);
@@ -42,31 +46,52 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// The same on cages that grow; and one refinement, with the floor.
+/// The same on cages that grow; and one refinement, with the floor. All sizes take turns, round after round, because it is
+/// their times that are compared. A quick run ends with the cage given.
 pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
-    let (case, mesh) = (context.case, &context.mesh);
-    let mut contest = Contest::new("patch table", "face", case.faces());
-    contest.enter_cold(OURS, || Ok(ours::build(case)));
-    match context.at_most(130_000) {
-        Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4)),
-        Err(why) => contest.absent(FAR_4, why),
+    let much = machine::memory_bytes().is_some_and(|bytes| bytes >= BYTES_BEYOND);
+    let all = CAGES.iter().filter(|(_, faces)| !context.quick || *faces < 2 * context.case.faces());
+    let (fit, others): (Vec<_>, Vec<_>) = all.partition(|(_, faces)| much || *faces <= MOST_REFINED);
+    let cases: Vec<Case> = fit.iter().map(|(name, _)| Case::load(name, &[])).collect::<Result<_, _>>()?;
+    let meshes: Vec<CShape<'_>> = cases.iter().map(|case| CShape::new(&case.shape)).collect();
+    // The cages are in the order of the contests, the smallest first.
+    let mut run = |contests: Vec<Contest<'_>>| {
+        for ((name, _), record) in fit.iter().zip(context.run_together(contests)) {
+            emit(Record { mesh: name.to_string(), ..record });
+        }
     };
-    context.run(contest, emit);
-    if case.faces() > MOST_REFINED {
-        return Ok(());
-    }
 
-    let [vertices, faces] = case.refined_counts(1);
-    let mut contest = Contest::new("level 1, cold", "output vertex", vertices);
-    contest.enter_cold(OURS, || Ok(ours::refine(case, 1)));
-    contest.enter_cold(FAR, || {
-        let refined = Uniform::new(mesh, &case.shape, 1)?;
-        let mut points = refined.points(context.control());
-        refined.interpolate(context.control(), &mut points);
-        Ok((refined, points))
+    let tables = cases.iter().zip(&meshes).map(|(case, mesh)| {
+        let mut contest = Contest::new("patch table", "face", case.faces());
+        contest.enter_cold(OURS, || Ok(ours::build(case)));
+        match context.at_most_of(case, 130_000) {
+            Ok(()) => contest.enter_cold(FAR_4, || Patches::new(mesh, &case.shape, 4)),
+            Err(why) => contest.absent(FAR_4, why),
+        };
+        contest
     });
-    contest.enter_cold(FLOOR, || Ok(floor::fresh(vertices, faces)));
-    contest.enter_cold(FLOOR_ORDINARY, || Ok(floor::fresh_in_ordinary_pages(vertices, faces)));
-    context.run(contest, emit);
+    run(tables.collect());
+
+    let refined = cases.iter().zip(&meshes).filter(|(case, _)| case.faces() <= MOST_REFINED).map(|(case, mesh)| {
+        let [vertices, faces] = case.refined_counts(1);
+        let mut contest = Contest::new("level 1, cold", "output vertex", vertices);
+        contest.enter_cold(OURS, || Ok(ours::refine(case, 1)));
+        contest.enter_cold(FAR, || {
+            let refined = Uniform::new(mesh, &case.shape, 1)?;
+            let mut points = refined.points(&case.control);
+            refined.interpolate(&case.control, &mut points);
+            Ok((refined, points))
+        });
+        contest.enter_cold(FLOOR, move || Ok(floor::fresh(vertices, faces)));
+        contest.enter_cold(FLOOR_ORDINARY, move || Ok(floor::fresh_in_ordinary_pages(vertices, faces)));
+        contest
+    });
+    run(refined.collect());
+
+    for (name, faces) in others {
+        let mut contest = Contest::new("patch table", "face", faces);
+        contest.absent(OURS, format!("needs {} GB of memory", BYTES_BEYOND >> 30));
+        emit(Record { mesh: name.to_string(), ..contest.run(context.effort, &[]) });
+    }
     Ok(())
 }

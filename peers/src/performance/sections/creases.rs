@@ -13,86 +13,133 @@ use super::super::rivals::patches::{Frames, Patches};
 use super::{Context, Emit};
 use crate::opensubdiv::CShape;
 use std::cell::RefCell;
-use subsurf::Crease;
+use std::rc::Rc;
+use subsurf::{Crease, PatchTable};
 
 const SHARPNESSES: [f64; 14] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 const RATE: u32 = 8;
 /// Levels at extraordinary vertices where nothing is sharp.
 const SMOOTH: u32 = 4;
 
+/// All sharpnesses take turns, round after round, because it is their times that are compared.
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     let quick = [1.0, 4.0, 10.0];
-    for sharpness in if context.quick { quick.to_vec() } else { SHARPNESSES.to_vec() } {
-        let mut shape = context.case.shape.clone();
-        shape.tags.creases = shape.tags.creases.iter().map(|c| Crease { sharpness, ..*c }).collect();
-        let case = Case { shape, control: context.case.control.clone() };
-        at(context, &case, sharpness, emit)?;
+    let sharpnesses = if context.quick { quick.to_vec() } else { SHARPNESSES.to_vec() };
+    let cases: Vec<Case> = sharpnesses.iter().map(|&sharpness| case_of(context.case, sharpness)).collect();
+    let cars: Vec<Car<'_>> =
+        sharpnesses.iter().zip(&cases).map(|(&sharpness, case)| Car::new(sharpness, case)).collect();
+
+    context.run_together(cars.iter().map(build).collect()).into_iter().for_each(&mut *emit);
+    let mut frames = Vec::new();
+    for car in &cars {
+        let (record, patches) = memory(car)?;
+        emit(record);
+        frames.push(Frame::new(car, patches)?);
     }
+    context.run_together(frames.iter().map(Frame::contest).collect()).into_iter().for_each(emit);
     Ok(())
 }
 
-fn at(context: &Context<'_>, case: &Case, sharpness: f64, emit: Emit<'_>) -> Result<(), String> {
-    let mesh = CShape::new(&case.shape);
-    // As many levels as the creases need, infinitely sharp ones none; 4 at extraordinary vertices.
-    let isolation = if sharpness < 10.0 { (sharpness.ceil() as u32).max(SMOOTH) } else { SMOOTH };
-    let rivals = [(FAR_CREASES, false), (FAR_SINGLE, true)];
+fn case_of(case: &Case, sharpness: f64) -> Case {
+    let mut shape = case.shape.clone();
+    shape.tags.creases = shape.tags.creases.iter().map(|c| Crease { sharpness, ..*c }).collect();
+    Case { shape, control: case.control.clone() }
+}
 
-    let mut contest = Contest::new(format!("{sharpness}: build"), "face", case.faces());
-    contest.enter_cold(OURS, || Ok(ours::build(case)));
-    for (name, single) in rivals {
-        let mesh = &mesh;
-        contest.enter_cold(name, move || Patches::with_creases(mesh, &case.shape, [isolation, SMOOTH], single));
+/// The Car at one sharpness.
+struct Car<'a> {
+    sharpness: f64,
+    case: &'a Case,
+    mesh: CShape<'a>,
+    /// At creases, and at extraordinary vertices.
+    isolation: [u32; 2],
+}
+
+/// Feature-adaptive refinement, and with single-crease patches.
+const RIVALS: [(&str, bool); 2] = [(FAR_CREASES, false), (FAR_SINGLE, true)];
+
+impl<'a> Car<'a> {
+    fn new(sharpness: f64, case: &'a Case) -> Self {
+        // As many levels as the creases need, infinitely sharp ones none.
+        let levels = if sharpness < 10.0 { (sharpness.ceil() as u32).max(SMOOTH) } else { SMOOTH };
+        Self { sharpness, case, mesh: CShape::new(&case.shape), isolation: [levels, SMOOTH] }
     }
-    context.run(contest, emit);
 
-    let table = ours::build(case);
-    let control = case.control.as_slice();
-    let mut entries = vec![Entry::value(OURS, ours::table_bytes(&table) as f64)];
+    fn patches(&self, single: bool) -> Result<Patches, String> {
+        Patches::with_creases(&self.mesh, &self.case.shape, self.isolation, single)
+    }
+}
+
+fn build<'a>(car: &'a Car<'a>) -> Contest<'a> {
+    let mut contest = Contest::new(format!("{}: build", car.sharpness), "face", car.case.faces());
+    contest.enter_cold(OURS, || Ok(ours::build(car.case)));
+    for (name, single) in RIVALS {
+        contest.enter_cold(name, move || car.patches(single));
+    }
+    contest
+}
+
+/// Bytes of each, and the rivals' patches.
+fn memory(car: &Car<'_>) -> Result<(Record, Vec<Patches>), String> {
+    let mut entries = vec![Entry::value(OURS, ours::table_bytes(&ours::build(car.case)) as f64)];
     let mut built = Vec::new();
-    for (name, single) in rivals {
-        let (memory, patches) =
-            clock::memory_of(|| Patches::with_creases(&mesh, &case.shape, [isolation, SMOOTH], single));
+    for (name, single) in RIVALS {
+        let (memory, patches) = clock::memory_of(|| car.patches(single));
         let patches = patches?;
         let points = 12 * patches.counts()[0];
-        match memory {
-            Some(memory) => entries.push(Entry {
+        entries.push(match memory {
+            Some(memory) => Entry {
                 note: format!("{} patches", patches.counts()[1]),
                 ..Entry::value(name, memory.kept as f64 + points as f64)
-            }),
-            None => entries.push(Entry::absent(name, "not known")),
-        }
-        built.push((name, patches));
+            },
+            None => Entry::absent(name, "not known"),
+        });
+        built.push(patches);
     }
-    emit(Record {
+    let record = Record {
         section: String::new(),
         mesh: String::new(),
-        what: format!("{sharpness}: memory"),
+        what: format!("{}: memory", car.sharpness),
         unit: "bytes".to_string(),
         count: 1.0,
         entries,
-    });
+    };
+    Ok((record, built))
+}
 
-    let grid = Places::grid(case, RATE).by_face();
-    let out = RefCell::new(Frames::new(grid.len()));
-    let tessellator = ours::Tessellator::new(&table, control, RATE, true);
-    let mut ours_out = tessellator.samples();
-    let mut contest = Contest::new(format!("{sharpness}: frame"), "place", grid.len());
-    contest.enter(OURS, || {
-        tessellator.update(control, &mut ours_out);
-        Ok(())
-    });
-    for (name, patches) in &mut built {
-        patches.locate(&grid.ptex())?;
-        let patches = &*patches;
-        let points = RefCell::new(patches.points());
-        let out = &out;
-        contest.enter(name, move || {
-            let points = &mut *points.borrow_mut();
-            patches.interpolate(control, points);
-            patches.eval_located(points, &mut out.borrow_mut(), true);
+/// What everyone keeps between frames.
+struct Frame<'a> {
+    car: &'a Car<'a>,
+    table: PatchTable,
+    places: usize,
+    rivals: Vec<Patches>,
+}
+
+impl<'a> Frame<'a> {
+    fn new(car: &'a Car<'a>, mut rivals: Vec<Patches>) -> Result<Self, String> {
+        let grid = Places::grid(car.case, RATE).by_face();
+        rivals.iter_mut().try_for_each(|patches| patches.locate(&grid.ptex()))?;
+        Ok(Self { car, table: ours::build(car.case), places: grid.len(), rivals })
+    }
+
+    fn contest(&self) -> Contest<'_> {
+        let control = self.car.case.control.as_slice();
+        let mut contest = Contest::new(format!("{}: frame", self.car.sharpness), "place", self.places);
+        let tessellator = ours::Tessellator::new(&self.table, control, RATE, true);
+        let mut samples = tessellator.samples();
+        contest.enter(OURS, move || {
+            tessellator.update(control, &mut samples);
             Ok(())
         });
+        let out = Rc::new(RefCell::new(Frames::new(self.places)));
+        for ((name, _), patches) in RIVALS.iter().zip(&self.rivals) {
+            let (mut points, out) = (patches.points(), Rc::clone(&out));
+            contest.enter(name, move || {
+                patches.interpolate(control, &mut points);
+                patches.eval_located(&points, &mut out.borrow_mut(), true);
+                Ok(())
+            });
+        }
+        contest
     }
-    context.run(contest, emit);
-    Ok(())
 }
