@@ -60,7 +60,8 @@ called absent.
 - **Time** is processor time of the process on one thread (the kernel's work for it included), because machines are shared;
   threads are compared by the clock on the wall.
 - **Ratios** are others' time by ours: above 1 we are faster. All do the work in turn, round after round; a ratio is the
-  median over the rounds of the ratio in each. Where it says so, quartiles stand beside it.
+  median over the rounds of the ratio in each. Where it says so, quartiles stand beside it. Creases of all sharpnesses, and
+  cages of all sizes, take turns too.
 - **Cold** is from face lists, and from positions where the result has any, with everything built on the way; free memory
   goes back to the system before every run, so that everyone pays for fresh pages. **Warm** is new positions on a mesh whose
   tables are built.
