@@ -127,10 +127,17 @@ impl<'a> Frame<'a> {
         let mut contest = Contest::new(format!("{}: frame", self.car.sharpness), "place", self.places);
         let tessellator = ours::Tessellator::new(&self.table, control, RATE, true);
         let mut samples = tessellator.samples();
+        let [points, normals] = [samples.points.len(), samples.normals.len()];
         contest.enter(OURS, move || {
             tessellator.update(control, &mut samples);
             Ok(())
         });
+        if normals > points {
+            contest.noting(format!(
+                "{:.0} % more normals: sharp edges have two",
+                100.0 * (normals - points) as f64 / points as f64
+            ));
+        }
         let out = Rc::new(RefCell::new(Frames::new(self.places)));
         for ((name, _), patches) in RIVALS.iter().zip(&self.rivals) {
             let (mut points, out) = (patches.points(), Rc::clone(&out));
