@@ -12,7 +12,7 @@ pub(super) const TOGETHER: usize = 256;
 
 /// Samples whose sub-patches are found before any is evaluated; so much room is behind the last sample. Larger: memory on the
 /// stack; smaller: more calls.
-pub(super) const LOT: usize = 2 * LANES;
+pub(super) const LOT: usize = 4 * LANES;
 
 /// Parameters of samples and their numbers.
 pub(super) struct Places<T> {
