@@ -21,11 +21,15 @@ fn fewest<T>() -> usize {
     if size_of::<T>() == 4 { 6 } else { usize::MAX }
 }
 
-/// Samples of a patch whose pieces are found at once: more than most patches have.
+/// Samples of a patch whose pieces are found at once. Larger: lots are cut short; smaller: patches of sixteen samples, more or less,
+/// take two turns.
 const AT_ONCE: usize = 2 * LANES;
 
 /// Most pieces at hand before those of other patches are given up. Larger: they leave the nearest cache; smaller: lots are cut short.
 const MOST_PIECES: usize = 32;
+
+/// Plans that are remembered to have been touched. Larger: what they remember has left the cache meanwhile; smaller: touched in vain.
+const TOUCHED: usize = 64;
 
 /// Samples of patches.
 pub(super) struct Sampler<T> {
@@ -49,6 +53,8 @@ pub(super) struct Sampler<T> {
     chosen: Chosen,
     /// Patches that are not, with their plans.
     pieced: Vec<(Run, usize)>,
+    /// Plans whose matrices were touched lately, by the last digits of their numbers.
+    touched: [usize; TOUCHED],
     exceptional: Vec<Exceptional>,
 }
 
@@ -112,6 +118,7 @@ impl<T> Default for Sampler<T> {
             whole: Vec::new(),
             chosen: Chosen { plan: usize::MAX, turn: 0, ring: 0, points: [0; LANES] },
             pieced: Vec::new(),
+            touched: [usize::MAX; TOUCHED],
             exceptional: Vec::new(),
         }
     }
@@ -142,7 +149,9 @@ impl<T: Real> Sampler<T> {
                 continue;
             };
             let turn = table.turn(run.patch);
-            if (number, turn) == (self.chosen.plan, self.chosen.turn) || self.is_chosen(table.plan(number), number, turn) {
+            if (number, turn) == (self.chosen.plan, self.chosen.turn)
+                || self.is_chosen(table.plan(number), number, turn)
+            {
                 self.whole.push(Whole { run, chosen: self.chosen });
             } else {
                 self.pieced.push((run, number));
@@ -164,8 +173,9 @@ impl<T: Real> Sampler<T> {
         })
     }
 
-    /// Evaluates patches of any pieces, lot by lot: the pieces of all are found, those that are new are formed, and
-    /// once there are samples enough they are evaluated.
+    /// Evaluates patches of any pieces, lot by lot: pieces are found, those that are new are formed, and once there are samples
+    /// enough they are evaluated. Matrices are touched beforehand: where every face has a plan of its own, they come from far
+    /// away, and each is known only once its plan is.
     fn evaluate_pieced<V: Real, const N: usize, const R: usize>(
         &mut self,
         surface: &LimitSurface<'_, V, N>,
@@ -174,6 +184,15 @@ impl<T: Real> Sampler<T> {
     ) {
         let pieced = std::mem::take(&mut self.pieced);
         let split = surface.table.scheme().split();
+        for &(_, number) in &pieced {
+            let touched = &mut self.touched[number % TOUCHED];
+            if *touched != number
+                && let Some(cells) = surface.table.plan(number).cells()
+            {
+                std::hint::black_box(cells.first_numbers::<T>());
+            }
+            *touched = number;
+        }
         dispatch!(level(), simd => simd.vectorize(
             #[inline(always)]
             || {
@@ -184,7 +203,7 @@ impl<T: Real> Sampler<T> {
                             self.evaluate_lot(simd, &mut lot, split, out);
                             self.count = 0;
                         }
-                        self.go_to(simd, surface, run.patch);
+                        self.go_to(simd, surface, run.patch, surface.table.plan(number).ring());
                     }
                     for start in (run.start..run.end).step_by(AT_ONCE) {
                         if lot.count + AT_ONCE > LOT {
@@ -200,16 +219,22 @@ impl<T: Real> Sampler<T> {
         self.pieced = pieced;
     }
 
-    /// Reads the ring of a patch.
+    /// Reads the ring of a patch, of so many points.
     #[inline(always)]
-    fn go_to<S: Simd, V: Real, const N: usize>(&mut self, simd: S, surface: &LimitSurface<'_, V, N>, patch: usize) {
+    fn go_to<S: Simd, V: Real, const N: usize>(
+        &mut self,
+        simd: S,
+        surface: &LimitSurface<'_, V, N>,
+        patch: usize,
+        points: usize,
+    ) {
         self.patch = patch;
         self.visit = self.visit.checked_add(1).unwrap_or_else(|| {
             self.met.fill(Met::default());
             self.met_in_tree.clear();
             1
         });
-        let ring = surface.table.ring(patch);
+        let ring = surface.table.ring_of(patch, points);
         let parts = N.div_ceil(PART);
         if self.ring.len() < parts * ring.len() {
             self.ring.resize(parts * ring.len(), Part::default());
@@ -366,7 +391,12 @@ impl<T: Real> Sampler<T> {
         let parts = N.div_ceil(PART);
         for part in 0..parts {
             let ring = &self.ring[part * blocks.len()..][..blocks.len()];
-            let rows = weighted::<T, S, N>(simd, blocks, #[inline(always)] |p| ring[p]);
+            let rows = weighted::<T, S, N>(
+                simd,
+                blocks,
+                #[inline(always)]
+                |p| ring[p],
+            );
             self.pieces[number * parts + part].set_rows(simd, &rows);
         }
     }
@@ -404,7 +434,7 @@ impl<T: Real> Sampler<T> {
         [u, v]: [f64; 2],
         turn: u8,
     ) -> Option<(u32, [T; 2])> {
-        let spot = plan.spot_in_tree(u, v, turn).0?;
+        let spot = plan.spot(u, v, turn)?;
         let number = spot.piece() as usize;
         if number >= self.met_in_tree.len() {
             self.met_in_tree.resize(number + 1, Met::default());

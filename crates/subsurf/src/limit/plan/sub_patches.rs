@@ -2,7 +2,8 @@
 //!
 //! The pieces of a plan are the leaves of its patch tree: a regular leaf is one, a leaf along a semi-sharp crease has
 //! three, one at a special vertex has three for every depth. A piece's coefficients are a small dense matrix times the
-//! face's ring, the same for all faces of the plan. Matrices are made when a location first needs them and kept up to
+//! face's ring, the same for all faces of the plan. Which piece a place lies in is looked up in a grid of `cells`; what that leaves
+//! open is found in the tree. Matrices are made when a location first needs them and kept up to
 //! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
 //!
 //! Under Catmull-Clark a piece has the sixteen coefficients of [`powers`](super::super::powers), or the points of its ring that
@@ -61,14 +62,15 @@ pub(crate) enum SubPatch<T> {
 /// Where a location lies.
 #[derive(Clone, Copy)]
 pub(crate) struct Spot<'a> {
-    slots: &'a Arc<[Slot]>,
-    slot: u32,
+    slot: &'a Slot,
     number: u32,
     /// Parameters of the piece, from its centre.
     pub s: f64,
     pub t: f64,
     /// How the piece's parameters lie in the face.
     pub pose: Pose,
+    /// From where to where the piece goes in `t`; in `s` it goes all the way.
+    across: [f64; 2],
     /// A place that the tree says is in the piece, and the face's turn there.
     inside: ([f64; 2], u8),
 }
@@ -91,8 +93,12 @@ impl Pose {
     #[inline(always)]
     pub fn jacobian(self, split: SplitKind) -> [[f64; 2]; 2] {
         // (a, b) = (u, v), (v, 1 - u), (1 - u, 1 - v), (1 - v, u).
-        static QUADS: [[[f64; 2]; 2]; 4] =
-            [[[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, 0.0]], [[-1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [-1.0, 0.0]]];
+        static QUADS: [[[f64; 2]; 2]; 4] = [
+            [[1.0, 0.0], [0.0, 1.0]],
+            [[0.0, -1.0], [1.0, 0.0]],
+            [[-1.0, 0.0], [0.0, -1.0]],
+            [[0.0, 1.0], [-1.0, 0.0]],
+        ];
         // (a, b) = (u, v), (v, 1 - u - v), (1 - u - v, u).
         static TRIANGLES: [[[f64; 2]; 2]; 3] =
             [[[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, -1.0]], [[-1.0, 1.0], [-1.0, 0.0]]];
@@ -172,7 +178,7 @@ impl SubPatches {
 #[derive(Default)]
 struct Root {
     tree: OnceLock<Tree>,
-    cells: OnceLock<Option<Box<Cells>>>,
+    cells: OnceLock<Option<Cells>>,
     pieces: AtomicU32,
 }
 
@@ -196,7 +202,7 @@ struct Branch {
 /// The pieces of a leaf.
 struct Pieces {
     kind: Kind,
-    slots: Arc<[Slot]>,
+    slots: Box<[Slot]>,
     /// Number of the first one in the plan.
     first: u32,
 }
@@ -248,12 +254,13 @@ impl Pieces {
             }
         };
         let first = pieces.fetch_add(count as u32, Relaxed);
-        Some(Self { kind, slots: Self::slots(count), first })
+        Some(Self { kind, slots: (0..count).map(|_| Slot::default()).collect(), first })
     }
 
     #[inline]
     fn spot(&self, split: SplitKind, at: Place, inside: ([f64; 2], u8)) -> Option<Spot<'_>> {
         let total = |leaf_turn: u8| wrapped(at.turn + leaf_turn, split);
+        let mut across = [0.0, 1.0];
         let (number, turn, s, t, speed) = match &self.kind {
             Kind::Whole => {
                 let (a, b) = at.turned(split, at.turn);
@@ -265,6 +272,8 @@ impl Pieces {
                 // The distance from the crease, exact next to it.
                 let (_, distance) = at.turned(split, (turn + 2) % 4);
                 let number = usize::from(distance < joints[0]) + usize::from(distance < joints[1]);
+                let [near, far] = [[joints[0], 1.0], [joints[1], joints[0]], [0.0, joints[1]]][number];
+                across = [1.0 - speed[number] * far, 1.0 - speed[number] * near];
                 (number, turn, a, 1.0 - speed[number] * distance, [at.speed, at.speed * speed[number]])
             }
             Kind::Special { turn, vertex } => {
@@ -277,8 +286,9 @@ impl Pieces {
         };
         let centre = centre(split);
         let pose = Pose { turn, speed };
-        let (slot, number) = (number as u32, self.first + number as u32);
-        Some(Spot { slots: &self.slots, slot, number, s: s - centre, t: t - centre, pose, inside })
+        let (slot, number) = (&self.slots[number], self.first + number as u32);
+        let across = [across[0] - centre, across[1] - centre];
+        Some(Spot { slot, number, s: s - centre, t: t - centre, pose, across, inside })
     }
 }
 
@@ -311,13 +321,18 @@ impl<'a> Plan<'a> {
     /// at special vertices, and where [`Plan::weights`] is the only way.
     #[inline]
     pub fn spot(self, u: f64, v: f64, turn: u8) -> Option<Spot<'a>> {
-        if let Some(cells) = self.cells() {
+        let cells = self.cells();
+        if let Some(cells) = cells {
             let [piece] = cells.find(&[u], &[v], turn);
             if let Some(piece) = cells.piece(piece) {
                 return Some(piece.spot([u, v], turn));
             }
         }
-        self.spot_in_tree(u, v, turn).0
+        let mut spot = self.spot_in_tree(u, v, turn).0?;
+        if let Some(piece) = cells.and_then(|cells| cells.piece_in_tree(spot.number)) {
+            spot.slot = &piece.slot;
+        }
+        Some(spot)
     }
 
     /// The same by the patch tree alone; and true where the way down may end at a corner.
@@ -351,11 +366,7 @@ impl<'a> Plan<'a> {
     #[inline]
     pub fn whole_spot(self, turn: u8) -> Option<Spot<'a>> {
         match self.tree().0 {
-            Tree::Leaf(pieces @ Pieces { kind: Kind::Whole, .. }) => {
-                let (u, v) = (0.5, 0.25);
-                let at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
-                pieces.spot(self.plans.split, at, ([u, v], turn))
-            }
+            Tree::Leaf(Pieces { kind: Kind::Whole, .. }) => self.spot(0.5, 0.25, turn),
             _ => None,
         }
     }
@@ -363,7 +374,7 @@ impl<'a> Plan<'a> {
     /// Calls `f` with the matrix of the piece at a spot.
     #[inline]
     pub fn with_piece<T: Real, R>(self, spot: &Spot<'a>, f: impl FnOnce(&SubPatch<T>) -> R) -> R {
-        let slot = spot.slots[spot.slot as usize].of::<T>();
+        let slot = spot.slot.of::<T>();
         match slot.get() {
             Some(made) => f(made),
             None => self.with_new_piece(slot, spot.inside, f),

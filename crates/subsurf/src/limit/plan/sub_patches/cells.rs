@@ -3,11 +3,10 @@
 //! A place belongs to a cell in the face's own parameters, and cells turn with the face, so that nothing is rounded. What a cell
 //! does not decide, next to special vertices and along sharp creases, is found in the tree.
 
-use super::{Pieces, Plan, Pose, Slot, Spot, SubPatch};
+use super::{Plan, Pose, Slot, Spot, SubPatch};
 use crate::limit::turn::turned;
 use crate::real::Real;
 use crate::scheme::SplitKind;
-use std::sync::Arc;
 
 /// Cells along a side, as a power of two. Larger: memory, and time when a plan is first met; smaller: more places go down the
 /// tree, at a special vertex one in `4^BITS`.
@@ -26,13 +25,16 @@ pub(crate) struct Cells {
 
 /// A piece that covers a cell.
 pub(crate) struct CellPiece {
-    slots: Arc<[Slot]>,
-    slot: u32,
+    /// Which nothing else fills: the tree's own stays empty.
+    pub(super) slot: Slot,
     number: u32,
     /// In a face whose corner 0 is the plan's.
     pose: Pose,
     /// Parameters turned to the piece and `speed` times as large, where the piece's own are zero.
     origin: [f64; 2],
+    across: [f64; 2],
+    /// A place of it in such a face.
+    inside: [f64; 2],
 }
 
 /// The parameters of a piece from those of its face: `(s, t) = start + u · ∂(s, t)/∂u + v · ∂(s, t)/∂v`. Factors are powers of two, so that
@@ -73,8 +75,8 @@ impl Cells {
             return None;
         }
         let covers = |spot: &Spot<'_>| {
-            let [p, q] = spot.pose.speed;
-            spot.s.abs() + p * half <= 0.5 && spot.t.abs() + q * half <= 0.5
+            let ([p, q], [from, to]) = (spot.pose.speed, spot.across);
+            spot.s.abs() + p * half <= 0.5 && from <= spot.t - q * half && spot.t + q * half <= to
         };
         if let Some(spot) = found.filter(covers) {
             let known = pieces.iter().position(|piece| piece.number == spot.number);
@@ -83,8 +85,8 @@ impl Cells {
                 let (a, b) = turned(SplitKind::Quads, u, v, spot.pose.turn);
                 let [p, q] = spot.pose.speed;
                 let origin = [p * a - spot.s, q * b - spot.t];
-                let (slots, slot) = (spot.slots.clone(), spot.slot);
-                pieces.push(CellPiece { slots, slot, number: spot.number, pose: spot.pose, origin });
+                let (slot, number, pose) = (Slot::default(), spot.number, spot.pose);
+                pieces.push(CellPiece { slot, number, pose, origin, across: spot.across, inside: [u, v] });
             }
             for row in j..j + size {
                 self.piece[SIDE * row + i..][..size].fill(piece as u8);
@@ -115,6 +117,23 @@ impl Cells {
             piece[k] = self.piece[cell[k] as usize % (SIDE * SIDE)];
         }
         piece
+    }
+
+    /// Something of every matrix that is at hand, so that all are on their way before one is used.
+    #[inline(always)]
+    pub fn first_numbers<T: Real>(&self) -> f64 {
+        let mut sum = 0.0;
+        for piece in &self.pieces {
+            if let Some(SubPatch::Weighted(blocks)) = piece.matrix::<T>() {
+                sum += blocks.first().map_or(0.0, |block| block[0].to_f64());
+            }
+        }
+        sum
+    }
+
+    /// The piece with a number in the patch tree.
+    pub(super) fn piece_in_tree(&self, number: u32) -> Option<&CellPiece> {
+        self.pieces.iter().find(|piece| piece.number == number)
     }
 
     /// A piece by its number among those that cover cells.
@@ -155,7 +174,7 @@ impl CellPiece {
     /// The matrix, once it was made.
     #[inline(always)]
     pub fn matrix<T: Real>(&self) -> Option<&SubPatch<T>> {
-        self.slots.get(self.slot as usize)?.of::<T>().get()
+        self.slot.of::<T>().get()
     }
 
     /// A place in the piece.
@@ -163,21 +182,14 @@ impl CellPiece {
     pub fn spot(&self, [u, v]: [f64; 2], turn: u8) -> Spot<'_> {
         let [s, t] = self.map(turn).at(u, v);
         Spot {
-            slots: &self.slots,
-            slot: self.slot,
+            slot: &self.slot,
             number: self.number,
             s,
             t,
             pose: self.pose(turn),
-            inside: self.middle(),
+            across: self.across,
+            inside: (self.inside, 0),
         }
-    }
-
-    /// The middle of the piece, in a face whose corner 0 is the plan's.
-    fn middle(&self) -> ([f64; 2], u8) {
-        let [p, q] = self.pose.speed;
-        let (u, v) = turned(SplitKind::Quads, self.origin[0] / p, self.origin[1] / q, (4 - self.pose.turn) & 3);
-        ([u, v], 0)
     }
 }
 
@@ -185,13 +197,50 @@ impl<'a> Plan<'a> {
     /// The cells of the plan, where it has some.
     #[inline]
     pub fn cells(self) -> Option<&'a Cells> {
-        self.plans.parts.trees[self.number].cells.get_or_init(|| Cells::new(self).map(Box::new)).as_deref()
+        self.plans.parts.trees[self.number].cells.get_or_init(|| Cells::new(self)).as_ref()
     }
 }
 
-impl Pieces {
-    /// Room for the matrices of so many pieces.
-    pub(super) fn slots(count: usize) -> Arc<[Slot]> {
-        (0..count).map(|_| Slot::default()).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limit::PatchTable;
+    use crate::scheme::Scheme;
+    use crate::shapes;
+
+    #[test]
+    fn cells_name_the_pieces_that_the_tree_finds() {
+        let mut decided = [0, 0];
+        for shape in shapes::all() {
+            let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
+            for (plan, turn) in (0..table.plan_count()).flat_map(|plan| (0..4).map(move |turn| (plan, turn))) {
+                let plan = table.plan(plan);
+                let Some(cells) = plan.cells() else { continue };
+                // On both sides of every change of cells, but not on it, where a place has several pieces.
+                for k in 0..=4 * SIDE * SIDE {
+                    let [u, v] = [k % (2 * SIDE), k / (2 * SIDE)].map(|k| (k as f64 + 0.1) / (2 * SIDE) as f64);
+                    if u > 1.0 || v > 1.0 {
+                        continue;
+                    }
+                    let [found] = cells.find(&[u], &[v], turn);
+                    decided[usize::from(found != UNDECIDED)] += 1;
+                    let Some(piece) = cells.piece(found) else { continue };
+                    let (own, expected) = (piece.spot([u, v], turn), plan.spot_in_tree(u, v, turn).0.unwrap());
+                    assert_eq!(own.number, expected.number, "{}: {u}, {v}, {turn}", shape.name);
+                    assert_eq!(own.pose, expected.pose, "{}: {u}, {v}, {turn}", shape.name);
+                    // A few roundings, as many times as large as the piece is smaller than the face.
+                    let most = 4.0 * f64::EPSILON * SIDE as f64;
+                    assert!((own.s - expected.s).abs() < most && (own.t - expected.t).abs() < most);
+                }
+            }
+        }
+        assert!(decided[1] > 8 * decided[0], "{decided:?}");
+    }
+
+    #[test]
+    fn cells_of_a_face_begin_and_end_with_it() {
+        for (x, cell) in [(0.0, 0), (1e-300, 0), (0.5, 4), (0.49, 3), (1.0 - f64::EPSILON / 2.0, 7), (1.0, 7)] {
+            assert_eq!(along(x), cell, "{x}");
+        }
     }
 }
