@@ -210,7 +210,8 @@ impl<T: Real> Sampler<T> {
                             self.evaluate_lot(simd, &mut lot, split, out);
                         }
                         let end = if run.end - start < AT_ONCE { run.end } else { start + AT_ONCE };
-                        self.find_pieces(simd, surface, surface.table.plan(number), places, start..end, &mut lot, out);
+                        let plan = surface.table.plan(number);
+                        self.find_pieces(simd, surface, plan, (places, start..end), &mut lot, out);
                     }
                 }
                 self.evaluate_lot(simd, &mut lot, split, out);
@@ -258,8 +259,7 @@ impl<T: Real> Sampler<T> {
         simd: S,
         surface: &LimitSurface<'_, V, N>,
         plan: Plan<'_>,
-        places: &Places<T>,
-        range: Range<usize>,
+        (places, range): (&Places<T>, Range<usize>),
         lot: &mut Lot<T>,
         out: &mut [[[T; N]; R]],
     ) {
