@@ -43,7 +43,7 @@ use super::turn::{turn_back_quad, turn_back_triangle, turned};
 use crate::scheme::SplitKind;
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex};
-pub(crate) use sub_patches::{KeptCoefficients, Pose, Spot, SubPatch, SubPatches};
+pub(crate) use sub_patches::{Cells, KeptCoefficients, PieceMap, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
