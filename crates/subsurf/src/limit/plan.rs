@@ -22,14 +22,16 @@ mod leaf;
 mod leaf_basis;
 mod place_weights;
 mod points;
+mod pole;
 mod refined_points;
 mod sub_patches;
 mod template;
 
 pub(super) use compile::Numbers;
 pub(super) use fan::may_have_fans;
-pub(crate) use grid_weights::{GridMaker, GridPoints, GridScratch, GridValues};
+pub(crate) use grid_weights::{GridMaker, GridPoints, GridScratch, GridValues, MOST_RING};
 use points::Points;
+pub(crate) use pole::AtPole;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};

@@ -10,7 +10,7 @@ use super::selection::{Selection, Selections};
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
-use crate::limit::plan::{GridMaker, GridScratch};
+use crate::limit::plan::{GridMaker, GridScratch, MOST_RING};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -302,7 +302,7 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
         let cells = layout.cells[usize::from(subfaces > 1)];
         for patch in table.patch(face, 0)..table.patch(face, 0) + subfaces as usize {
             let Some(plan) = table.patch_plan(patch) else { continue };
-            if users[plan] < frames.some_faces() {
+            if users[plan] < frames.some_faces() || table.plan(plan).ring() > MOST_RING {
                 continue;
             }
             let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);
