@@ -45,8 +45,7 @@ fn most_bytes<R>(f: impl FnOnce() -> R) -> (R, f64) {
 
 /// Bytes for a table, and for a tessellation of it with normals.
 fn bytes(mesh: &ControlMesh) -> [f64; 2] {
-    let points: Vec<[f32; 3]> =
-        (0..mesh.vertex_count()).map(|i| [i % 7, i % 11, i % 13].map(|x| x as f32)).collect();
+    let points: Vec<[f32; 3]> = (0..mesh.vertex_count()).map(|i| [i % 7, i % 11, i % 13].map(|x| x as f32)).collect();
     let (table, built) = most_bytes(|| PatchTable::new(mesh, Scheme::CatmullClark).unwrap());
     let options = TessellateOptions { rates: Rates::Uniform(8), ..TessellateOptions::default() };
     let (_, tessellated) = most_bytes(|| table.surface(&points).tessellate(&options).unwrap());

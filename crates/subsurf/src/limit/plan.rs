@@ -68,7 +68,7 @@ impl SpecialVertices {
             // What does not depend on the face is that of face 0, whichever comes first.
             let own = |i: u32| Corner { i, ..corner };
             let first = self.known_or(own(0), || SpecialVertex::new(own(0), self.method));
-            return self.known_or(corner, || first.from_other_face(corner, self.method));
+            return self.known_or(corner, || first.for_other_face(corner, self.method));
         }
         if corner.kind == Kind::Dart {
             // All its faces at once: most of what they need they have in common, and other faces of the mesh need it.

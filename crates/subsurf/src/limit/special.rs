@@ -25,7 +25,8 @@ pub enum Method {
     #[default]
     Deflated,
     /// Stam's eigenbasis at interior vertices and the Jordan form of Lacewell and Burley 2007 at boundaries, creases
-    /// and corners. Darts, pinned interior vertices and Loop subdivision, which neither covers, use deflated powers.
+    /// and corners. Darts, pinned interior vertices and Loop subdivision, which neither covers, use deflated powers, and so do
+    /// vertices of more than 120 faces, whose bases would be dense matrices of their size.
     Eigenbasis,
 }
 
@@ -116,7 +117,7 @@ impl SpecialVertex {
     }
 
     /// The vertex as another face sees it; this one is as face 0 does.
-    pub fn from_other_face(&self, corner: Corner, method: Method) -> Self {
+    pub fn for_other_face(&self, corner: Corner, method: Method) -> Self {
         Self::with_step(corner, self.step.of_other_face(corner), method, Some(self))
     }
 

@@ -9,8 +9,8 @@
 //! surface ([`values`]): a few numbers where weights are dozens, and nothing is left to be multiplied.
 //!
 //! Derivatives stay in the parameters of the leaf where they were made; how these lie in the face comes down with the
-//! points. Linear leaves, semi-sharp creases under Loop and ends on boundaries that are kept linear go through
-//! [`Plan::weights`], point by point.
+//! points. Weights over rings of more than [`MOST_RING`] points, linear leaves, semi-sharp creases under Loop and ends on
+//! boundaries that are kept linear go through [`Plan::weights`], point by point.
 
 mod dense;
 mod region;
@@ -33,8 +33,8 @@ pub(crate) use region::GridPoints;
 use region::{Crossings, Region, Sample};
 pub(crate) use values::GridValues;
 
-/// Largest ring whose weights are dense rows, of 128 KiB in all. Larger: memory, and time for rows of zeros and for weights that
-/// every face is multiplied with; smaller: more plans whose faces each go by values.
+/// Largest ring whose rows of weights are dense, of 128 KiB. Larger: memory, and time for rows of zeros; smaller: more plans point
+/// by point.
 pub(crate) const MOST_RING: usize = 128;
 
 /// Goes down plans with the points of a grid: for position, and for `∂u`, `∂v` where three are wanted. At special vertices
@@ -70,7 +70,7 @@ impl<'a> GridMaker<'a> {
         self.grid.cells <= MOST_KEPT
     }
 
-    /// Writes the weights of a plan, of at most [`MOST_RING`] points, at `count` grid points, rounded to `T`.
+    /// Writes the weights of a plan at `count` grid points, rounded to `T`.
     pub fn fill<T: Real>(
         &self,
         plan: usize,
@@ -85,14 +85,21 @@ impl<'a> GridMaker<'a> {
         let samples = points.region(self.grid.cells);
         let mut target = Weights { out, ring };
         let whole = [[1.0, 0.0], [0.0, 1.0]];
-        let chunks = target.chunks();
-        let mut identity = scratch.matrices.pop().unwrap_or_default();
-        identity.clear();
-        identity.resize(ring * chunks, [0.0; WIDTH]);
-        (0..ring).for_each(|p| identity[p * chunks + p / WIDTH][p % WIDTH] = 1.0);
-        let control = Control { matrix: &identity, some: None, jacobian: whole, depth: 0 };
-        self.node(plan.start, control, samples, scratch, &mut target);
-        scratch.matrices.push(identity);
+        if ring > MOST_RING {
+            samples.each(|sample| {
+                let rows = self.single(plan.start, sample);
+                target.write([0, 1, 2].map(|k| &rows[k][..]), 0, ring, sample.number, whole, self.count);
+            });
+        } else {
+            let chunks = target.chunks();
+            let mut identity = scratch.matrices.pop().unwrap_or_default();
+            identity.clear();
+            identity.resize(ring * chunks, [0.0; WIDTH]);
+            (0..ring).for_each(|p| identity[p * chunks + p / WIDTH][p % WIDTH] = 1.0);
+            let control = Control { matrix: &identity, some: None, jacobian: whole, depth: 0 };
+            self.node(plan.start, control, samples, scratch, &mut target);
+            scratch.matrices.push(identity);
+        }
     }
 
     /// The weights of samples in a node.
