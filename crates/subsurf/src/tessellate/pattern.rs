@@ -10,7 +10,7 @@ use super::selection::{Selection, Selections};
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
-use crate::limit::plan::{GridMaker, GridScratch};
+use crate::limit::plan::{GridMaker, GridScratch, MOST_RING};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -25,6 +25,12 @@ const ALL_PATTERN_BYTES: usize = 512 << 20;
 /// Largest memory for a pattern by the faces that share its plan. Larger: at high rates, weights that take longer to make,
 /// and to read, than the face takes without; smaller: more faces that are evaluated that way.
 const MOST_BYTES_PER_FACE: usize = 256 << 10;
+
+/// Largest memory for a pattern of so many weights at vertices of many faces, and fewest faces that share it. Larger memory: weights
+/// that leave the cache from face to face; smaller: faces of smooth poles that take up to ten times as long at low rates,
+/// each by values. Fewer faces: patterns for every face of a sector, where plans are not shared.
+const WIDE_BYTES: usize = 6 << 20;
+const WIDE_FACES: u32 = 64;
 
 /// How often patterns are used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -210,6 +216,7 @@ fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], by
         let bytes = samples * table.plan(plan).ring() * bytes_each;
         // As many as there can be ways to lie that many faces have.
         let ways = 1 + (users[plan] / Frames::Many.many_faces()).min(15) as usize;
+        let most_each = if table.plan(plan).ring() > MOST_RING { most_each.min(WIDE_BYTES) } else { most_each };
         let is_small = bytes <= most_each.min(MOST_BYTES_PER_FACE.saturating_mul(users[plan] as usize));
         let fits = is_small && total + ways * bytes <= most_in_all;
         total += if fits { ways * bytes } else { 0 };
@@ -302,7 +309,8 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
         let cells = layout.cells[usize::from(subfaces > 1)];
         for patch in table.patch(face, 0)..table.patch(face, 0) + subfaces as usize {
             let Some(plan) = table.patch_plan(patch) else { continue };
-            if users[plan] < frames.some_faces() {
+            let is_wide = table.plan(plan).ring() > MOST_RING;
+            if users[plan] < if is_wide { WIDE_FACES } else { frames.some_faces() } {
                 continue;
             }
             let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);

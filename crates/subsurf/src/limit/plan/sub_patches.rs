@@ -308,6 +308,11 @@ fn wrapped(turn: u8, split: SplitKind) -> u8 {
 }
 
 impl<'a> Plan<'a> {
+    /// True where the ring is too large for matrices.
+    pub fn is_wide(self) -> bool {
+        self.ring() > MOST_POINTS
+    }
+
     fn tree(self) -> (&'a Tree, &'a AtomicU32) {
         let Root { tree, pieces, .. } = &self.plans.parts.trees[self.number];
         let new = || match self.ring() {
