@@ -49,9 +49,9 @@ pub use special::Method;
 pub use spectrum::Spectrum;
 
 use crate::real::{Real, add_scaled};
+pub(crate) use at_pole::LastPole;
 use plan::Plan;
 pub(crate) use plan::RingWeights;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// What becomes of derivatives at a special vertex, vectors that span the tangent plane, and whether that is the only one.
 type State<const N: usize> = (Derivatives, Option<[[f64; N]; 2]>, bool);
@@ -64,17 +64,12 @@ type State<const N: usize> = (Derivatives, Option<[[f64; N]; 2]>, bool);
 pub struct LimitSurface<'a, T, const N: usize> {
     table: &'a PatchTable,
     points: &'a [[T; N]],
-    /// Tells it apart from all others, so that what a thread keeps of one is not taken for another's.
-    number: u64,
 }
-
-/// Number of the next surface.
-static NUMBER: AtomicU64 = AtomicU64::new(0);
 
 impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     pub(crate) fn new(table: &'a PatchTable, points: &'a [[T; N]]) -> Self {
         assert_eq!(points.len(), table.topology().vertex_count(), "one control point per vertex of the mesh");
-        Self { table, points, number: NUMBER.fetch_add(1, Relaxed) }
+        Self { table, points }
     }
 
     /// The table behind the surface.
@@ -92,7 +87,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub fn eval(&self, at: Location) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 3)
+        self.eval_after(at, &mut LastPole::default())
     }
 
     /// Position, first and second derivatives; none in holes.
@@ -100,7 +95,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn eval_second(&self, at: Location) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 6)
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], 6, &mut LastPole::default())
     }
 
     /// The point of the limit surface; none in holes.
@@ -108,17 +103,27 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn position(&self, at: Location) -> Option<[f64; N]> {
+        self.position_after(at, &mut LastPole::default())
+    }
+
+    /// [`eval`](Self::eval), with what the location before left.
+    pub(crate) fn eval_after(&self, at: Location, last: &mut LastPole) -> Option<Jet<N>> {
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], 3, last)
+    }
+
+    /// [`position`](Self::position), with what the location before left.
+    pub(crate) fn position_after(&self, at: Location, last: &mut LastPole) -> Option<[f64; N]> {
         let patch = self.table.checked_patch(at);
         let plan = self.table.plan(self.table.patch_plan(patch)?);
         if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
             let [position] = self.at_spot(patch, plan, &spot, [at.u, at.v]);
             return Some(position);
         }
-        Some(self.rows(patch, plan, [at.u, at.v], 1).0[0])
+        Some(self.rows(patch, plan, [at.u, at.v], 1, last).0[0])
     }
 
     /// The jet at parameters of a patch; second derivatives if `count` is 6.
-    fn patch_jet(&self, patch: usize, u: f64, v: f64, count: usize) -> Option<Jet<N>> {
+    fn patch_jet(&self, patch: usize, [u, v]: [f64; 2], count: usize, last: &mut LastPole) -> Option<Jet<N>> {
         let plan = self.table.plan(self.table.patch_plan(patch)?);
         if let Some(spot) = plan.spot(u, v, self.table.turn(patch)) {
             return Some(if count > 3 {
@@ -128,7 +133,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
                 Jet::regular(self.at_spot(patch, plan, &spot, [u, v]), None)
             });
         }
-        let ([position, du, dv, uu, uv, vv], at_vertex) = self.rows(patch, plan, [u, v], count);
+        let ([position, du, dv, uu, uv, vv], at_vertex) = self.rows(patch, plan, [u, v], count, last);
         let second = (count > 3 && at_vertex.is_none()).then_some([uu, uv, vv]);
         let (derivatives, plane, unique_plane) = at_vertex.unwrap_or((Derivatives::Finite, Some([du, dv]), true));
         Some(Jet { position, du, dv, second, derivatives, plane, unique_plane })
@@ -136,9 +141,16 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
 
     /// The first `count` rows of the jet where no sub-patch covers the place, zeros for others; and at special vertices what
     /// becomes of derivatives, the tangent plane, and whether it is the only one.
-    fn rows(&self, patch: usize, plan: Plan<'_>, [u, v]: [f64; 2], count: usize) -> ([[f64; N]; 6], Option<State<N>>) {
+    fn rows(
+        &self,
+        patch: usize,
+        plan: Plan<'_>,
+        [u, v]: [f64; 2],
+        count: usize,
+        last: &mut LastPole,
+    ) -> ([[f64; N]; 6], Option<State<N>>) {
         if plan.is_wide()
-            && let Some(values) = self.at_pole(patch, plan, [u, v], count)
+            && let Some(values) = self.at_pole(patch, plan, [u, v], count, last)
         {
             let row = |values: &Vec<f64>| values.first_chunk().copied().unwrap_or([0.0; N]);
             let state =

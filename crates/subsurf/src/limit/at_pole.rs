@@ -1,44 +1,45 @@
 //! Evaluation at vertices of many faces, where rings are too large for matrices: what a face's control points are there,
-//! refined level by level, is kept for its next location.
+//! refined level by level, may be kept for its next location.
 
 use super::LimitSurface;
 use super::plan::{AtPole, Plan};
 use super::pole::PoleValues;
 use super::special::{AtVertex, PointWeights};
 use crate::real::Real;
-use std::cell::RefCell;
 
 /// Numbers to a vector.
 const W: usize = 4;
 
-/// A surface, a patch, and the leaf of its plan.
-type Key = (u64, usize, u64);
-
-thread_local! {
-    /// Values at the last such vertex that the thread met.
-    static LAST: RefCell<Option<(Key, PoleValues<W>)>> = const { RefCell::new(None) };
-}
+/// Of one surface, values at the vertex of many faces that was met last, by patch and leaf of its plan: locations that
+/// follow each other often lie in one face.
+#[derive(Default)]
+pub(crate) struct LastPole(Option<((usize, u64), PoleValues<W>)>);
 
 impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// Rows of the jet, each of `N` components, at parameters of a patch that lie at a vertex of many faces.
-    pub(super) fn at_pole(&self, patch: usize, plan: Plan<'_>, [u, v]: [f64; 2], count: usize) -> Option<PointWeights> {
+    pub(super) fn at_pole(
+        &self,
+        patch: usize,
+        plan: Plan<'_>,
+        [u, v]: [f64; 2],
+        count: usize,
+        LastPole(last): &mut LastPole,
+    ) -> Option<PointWeights> {
         let place = plan.at_pole(u, v, self.table.turn(patch))?;
         let base = self.points[self.table.ring(patch)[0] as usize].map(T::to_f64);
-        let mut rows = LAST.with_borrow_mut(|last| {
-            let key = (self.number, patch, place.path);
-            if last.as_ref().is_none_or(|(known, _)| *known != key) {
-                *last = Some((key, self.values_at(patch, &place)));
-            }
-            let (_, values) = last.as_mut().expect("it was made");
-            rows(values, &place, count, N)
-        });
+        let key = (patch, place.path);
+        let (_, values) = match last.take() {
+            Some(known) if known.0 == key => last.insert(known),
+            _ => last.insert((key, self.values_at(patch, &place))),
+        };
+        let mut rows = rows(values, &place, count, N);
         rows.rows[0].iter_mut().zip(base).for_each(|(x, base)| *x += base);
         Some(place.in_face(rows))
     }
 
     /// Values at the points of the vertex, relative to the first control point of the patch.
     fn values_at(&self, patch: usize, place: &AtPole<'_>) -> PoleValues<W> {
-        let chunks = N.div_ceil(W);
+        let chunks = N.div_ceil(W).max(1);
         let ring = self.table.ring(patch);
         let base = self.points[ring[0] as usize].map(T::to_f64);
         let mut control = vec![[0.0; W]; ring.len() * chunks];

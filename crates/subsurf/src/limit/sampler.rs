@@ -3,6 +3,7 @@
 //! few share a piece.
 
 use super::LimitSurface;
+use super::at_pole::LastPole;
 use super::batch::Exceptional;
 use super::lanes::{Frame, Piece, from_points, turns, weighted, weighted_twice};
 use super::places::{LOT, Places, Run};
@@ -56,6 +57,7 @@ pub(super) struct Sampler<T> {
     /// Plans whose matrices were touched lately, by the last digits of their numbers.
     touched: [usize; TOUCHED],
     exceptional: Vec<Exceptional>,
+    last_pole: LastPole,
 }
 
 /// A piece that was met: in which visit, and its place among the pieces at hand.
@@ -120,6 +122,7 @@ impl<T> Default for Sampler<T> {
             pieced: Vec::new(),
             touched: [usize::MAX; TOUCHED],
             exceptional: Vec::new(),
+            last_pole: LastPole::default(),
         }
     }
 }
@@ -537,7 +540,7 @@ impl<T: Real> Sampler<T> {
         sample: u32,
         rows: &mut [[[T; N]; R]],
     ) {
-        let jet = surface.patch_jet(self.patch, u, v, 6).expect("holes have no samples");
+        let jet = surface.patch_jet(self.patch, [u, v], 6, &mut self.last_pole).expect("holes have no samples");
         let second = jet.second.unwrap_or([[0.0; N]; 3]);
         let all = [jet.position, jet.du, jet.dv, second[0], second[1], second[2]];
         rows[sample as usize] = std::array::from_fn(|r| round(all[r]));

@@ -5,7 +5,7 @@ use super::layout::Layout;
 use super::normals::{Sides, Source};
 use super::patch_grid::PatchGrid;
 use crate::index::{Face, HalfEdge};
-use crate::limit::{Jet, LimitSurface, Location, cubic, unit_normal};
+use crate::limit::{Jet, LastPole, LimitSurface, Location, cubic, unit_normal};
 use crate::real::{Real, round};
 use rayon::prelude::*;
 
@@ -97,11 +97,16 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
 
     /// One sample by itself.
     pub fn single(&self, at: Location) -> Sample<N> {
+        self.single_after(at, &mut LastPole::default())
+    }
+
+    /// The same with what the sample before left.
+    pub fn single_after(&self, at: Location, last: &mut LastPole) -> Sample<N> {
         let outside = "holes have no samples";
         let Some(normal) = &self.normals else {
-            return (self.surface.position(at).expect(outside), [0.0; 3]);
+            return (self.surface.position_after(at, last).expect(outside), [0.0; 3]);
         };
-        let jet = self.surface.eval(at).expect(outside);
+        let jet = self.surface.eval_after(at, last).expect(outside);
         let near = || (normal.tangents)(jet.du, jet.dv).unwrap_or_else(|| self.normal_nearby(normal, at));
         (jet.position, (normal.jet)(&jet).unwrap_or_else(near))
     }
@@ -176,9 +181,10 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
             }
             return self.bicubic(&turned_grid(control, turn), base, grid.cells, out);
         }
+        let mut last = LastPole::default();
         for (i, j) in grid.interior() {
             let [u, v] = grid.uv(i, j);
-            out.push(self.single(Location { face, subface, u, v }));
+            out.push(self.single_after(Location { face, subface, u, v }, &mut last));
         }
     }
 

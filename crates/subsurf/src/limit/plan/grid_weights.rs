@@ -240,16 +240,16 @@ impl<'a> GridMaker<'a> {
         };
         let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
         let own = Control { matrix: &matrix, some: None, jacobian, depth: control.depth };
-        match (basis, turned) {
-            _ if pole.is_some() => pole.into_iter().for_each(|vertex| self.at_pole(vertex, own, turned, target)),
-            (None, Region::Crossings(samples)) => {
+        match (pole, basis, turned) {
+            (Some(vertex), ..) => self.at_pole(vertex, own, turned, target),
+            (None, None, Region::Crossings(samples)) => {
                 let curve = |j: u32| match sharpness {
                     Some(sharpness) => single_crease::curve(1.0 - f64::from(j) / f64::from(self.grid.cells), sharpness),
                     None => self.cubic[j as usize],
                 };
                 self.by_curves(curve, own, samples, target);
             }
-            (basis, _) => {
+            (None, basis, _) => {
                 let basis = basis.expect("patches over triangles are no products");
                 self.by_point(&basis, own, turned, target);
             }
@@ -341,7 +341,7 @@ impl<'a> GridMaker<'a> {
         samples.each(|sample| {
             let at = self.grid.uv(sample.at);
             if !values.jet(vertex, at, self.count, &mut jet) {
-                jet[0].clone_from(&values.limit().to_vec());
+                jet[0] = values.limit().to_vec();
                 if self.count > 1 {
                     let plane = vertex.weights(0.0, 0.0, self.count).at_vertex.and_then(|at| at.plane);
                     [jet[1], jet[2]] = match plane {
