@@ -1,8 +1,9 @@
 //! What vertices of many faces ask for in memory: no worse than the square of their valence, as their rings do.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use subsurf::{ControlMesh, Crease, PatchTable, Rates, Scheme, Tags, TessellateOptions};
+use subsurf::{ControlMesh, Crease, Face, Location, PatchTable, Rates, Scheme, Tags, TessellateOptions};
 
 /// The system's allocator, counting bytes in use.
 struct Counting;
@@ -25,6 +26,9 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
+
+/// Held by the test that counts.
+static COUNTS: Mutex<()> = Mutex::new(());
 
 /// Quads round vertex 0, in two rings, from one boundary edge to the other or all the way round.
 fn fan(n: u32, is_closed: bool, creases: Vec<Crease>) -> ControlMesh {
@@ -54,6 +58,13 @@ fn bytes(mesh: &ControlMesh) -> [f64; 2] {
 
 #[test]
 fn poles_of_all_kinds_ask_for_no_more_than_the_square_of_their_valence() {
+    let _counts = COUNTS.lock();
+    // Every thread has a face at work, whatever the machine.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    pool.install(every_kind);
+}
+
+fn every_kind() {
     type Kind = (&'static str, fn(u32) -> ControlMesh, f64);
     let kinds: [Kind; 4] = [
         ("smooth", |n| fan(n, true, Vec::new()), SMOOTH),
@@ -72,6 +83,18 @@ fn poles_of_all_kinds_ask_for_no_more_than_the_square_of_their_valence() {
             }
         }
     }
+}
+
+#[test]
+fn a_location_at_a_pole_leaves_nothing_behind() {
+    let _counts = COUNTS.lock();
+    let mesh = fan(300, true, Vec::new());
+    let points: Vec<[f64; 3]> = (0..mesh.vertex_count()).map(|i| [i % 7, i % 11, i % 13].map(|x| x as f64)).collect();
+    let table = PatchTable::new(&mesh, Scheme::CatmullClark).unwrap();
+    let at = |face: u32| Location { face: Face(face), subface: 0, u: 1e-3, v: 2e-4 };
+    let before = table.surface(&points).eval(at(0)).map(|_| BYTES.load(Relaxed));
+    let after = table.surface(&points).eval(at(7)).map(|_| BYTES.load(Relaxed));
+    assert_eq!(before, after);
 }
 
 /// Bytes per square of the valence that a table may ask for, where all faces share a plan and where each has its own; and a

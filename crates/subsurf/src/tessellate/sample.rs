@@ -52,14 +52,14 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
 
     /// Points and normals of all control vertices.
     pub fn vertices(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
-        let evaluate = |h: u32| self.single(self.layout.corner_location(HalfEdge(h)));
+        let evaluate = |h: u32, last: &mut LastPole| self.single_after(self.layout.corner_location(HalfEdge(h)), last);
         self.fill(&self.layout.vertex_owner, points, normals, evaluate);
     }
 
     /// Points and normals inside all control edges.
     pub fn edges(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
         let (layout, samples) = (self.layout, self.layout.edge_samples());
-        self.fill(&samples, points, normals, |(h, k)| self.single(layout.edge_location(h, k)));
+        self.fill(&samples, points, normals, |(h, k), last| self.single_after(layout.edge_location(h, k), last));
     }
 
     /// Normals of the further sides of creases.
@@ -78,15 +78,16 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
         samples: &[S],
         points: &mut [[T; N]],
         normals: &mut [[T; 3]],
-        evaluate: impl Fn(S) -> Sample<N> + Sync,
+        evaluate: impl Fn(S, &mut LastPole) -> Sample<N> + Sync,
     ) {
         if self.normals.is_some() {
-            points.par_iter_mut().zip(normals).zip(samples).for_each(|((p, n), &s)| {
-                let (position, normal) = evaluate(s);
+            points.par_iter_mut().zip(normals).zip(samples).for_each_init(LastPole::default, |last, ((p, n), &s)| {
+                let (position, normal) = evaluate(s, last);
                 (*p, *n) = (round(position), round(normal));
             });
         } else {
-            points.par_iter_mut().zip(samples).for_each(|(p, &s)| *p = round(evaluate(s).0));
+            let samples = points.par_iter_mut().zip(samples);
+            samples.for_each_init(LastPole::default, |last, (p, &s)| *p = round(evaluate(s, last).0));
         }
     }
 
