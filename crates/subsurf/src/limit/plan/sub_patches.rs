@@ -163,6 +163,11 @@ impl SubPatches {
         self.bytes.load(Relaxed)
     }
 
+    /// Bytes of what tells pieces apart, patch trees and cells, with room for their matrices.
+    pub fn search_bytes(&self) -> usize {
+        self.trees.capacity() * size_of::<Root>() + self.trees.iter().map(Root::bytes).sum::<usize>()
+    }
+
     /// How many matrices were made so far.
     pub fn made(&self) -> usize {
         self.made.load(Relaxed)
@@ -180,6 +185,13 @@ struct Root {
     tree: OnceLock<Tree>,
     cells: OnceLock<Option<Cells>>,
     pieces: AtomicU32,
+}
+
+impl Root {
+    /// Heap memory in bytes, matrices left out.
+    fn bytes(&self) -> usize {
+        self.tree.get().map_or(0, Tree::bytes) + self.cells.get().and_then(Option::as_ref).map_or(0, Cells::bytes)
+    }
 }
 
 /// Part of a patch tree.
@@ -230,6 +242,18 @@ impl Tree {
                 let links: Box<[_]> = split.children().iter().map(|c| (c.link(raise), c.turn)).collect();
                 let children = links.iter().map(|_| OnceLock::new()).collect();
                 Self::Branch(Branch { links, has_ends: split.ends.is_some(), depth, children })
+            }
+        }
+    }
+
+    /// Heap memory in bytes, matrices left out.
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Closed => 0,
+            Self::Leaf(pieces) => size_of_val(&pieces.slots[..]),
+            Self::Branch(Branch { links, children, .. }) => {
+                let below = children.iter().filter_map(OnceLock::get).map(Self::bytes);
+                size_of_val(&links[..]) + size_of_val(&children[..]) + below.sum::<usize>()
             }
         }
     }
@@ -409,12 +433,11 @@ impl<'a> Plan<'a> {
 }
 
 impl<T> SubPatch<T> {
-    /// Memory in bytes.
+    /// Heap memory in bytes.
     fn bytes(&self) -> usize {
-        let blocks = match self {
+        match self {
             Self::Chosen(_) => 0,
             Self::Weighted(blocks) => size_of_val(&blocks[..]),
-        };
-        size_of::<Self>() + blocks
+        }
     }
 }

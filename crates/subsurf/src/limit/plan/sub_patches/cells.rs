@@ -54,7 +54,7 @@ impl PieceMap {
 }
 
 impl Cells {
-    /// None where places at corners of nodes are told apart from all others.
+    /// None where places at corners of nodes are told apart from all others, or no cell lies in one piece.
     pub(super) fn new(plan: Plan<'_>) -> Option<Self> {
         if plan.plans.split != SplitKind::Quads {
             return None;
@@ -63,7 +63,7 @@ impl Cells {
         let mut pieces = Vec::new();
         cells.fill(plan, [0, 0], SIDE, &mut pieces)?;
         cells.pieces = pieces.into();
-        Some(cells)
+        (!cells.pieces.is_empty()).then_some(cells)
     }
 
     /// Finds the pieces of a square of cells.
@@ -129,6 +129,11 @@ impl Cells {
             }
         }
         sum
+    }
+
+    /// Heap memory in bytes, matrices left out.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.pieces[..])
     }
 
     /// The piece with a number in the patch tree.

@@ -78,6 +78,9 @@ impl FanTables {
                 out.corners.push(fans.corner(Some(&out), fan, h));
             }
         }
+        out.numbers.shrink_to_fit();
+        out.half_edges.shrink_to_fit();
+        out.corners.shrink_to_fit();
         out
     }
 
