@@ -61,6 +61,7 @@ mod sharpness;
 mod stencil;
 mod tags;
 mod tessellate;
+mod threads;
 mod topology;
 mod triangulate;
 

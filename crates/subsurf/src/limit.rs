@@ -1,6 +1,7 @@
 //! The limit surface, exactly: at any location, for any attribute.
 
 mod alone;
+mod at_pole;
 mod batch;
 mod box_spline;
 mod bspline;
@@ -20,6 +21,7 @@ mod patch_table;
 mod places;
 pub(crate) mod plan;
 mod plan_key;
+mod pole;
 mod powers;
 
 mod rows;
@@ -47,7 +49,12 @@ pub use special::Method;
 pub use spectrum::Spectrum;
 
 use crate::real::{Real, add_scaled};
+pub(crate) use at_pole::LastPole;
+use plan::Plan;
 pub(crate) use plan::RingWeights;
+
+/// What becomes of derivatives at a special vertex, vectors that span the tangent plane, and whether that is the only one.
+type State<const N: usize> = (Derivatives, Option<[[f64; N]; 2]>, bool);
 
 /// A patch table with control points: cheap to make, once per animation frame.
 ///
@@ -80,7 +87,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub fn eval(&self, at: Location) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 3)
+        self.eval_after(at, &mut LastPole::default())
     }
 
     /// Position, first and second derivatives; none in holes.
@@ -88,7 +95,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn eval_second(&self, at: Location) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), at.u, at.v, 6)
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], 6, &mut LastPole::default())
     }
 
     /// The point of the limit surface; none in holes.
@@ -96,18 +103,27 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn position(&self, at: Location) -> Option<[f64; N]> {
+        self.position_after(at, &mut LastPole::default())
+    }
+
+    /// [`eval`](Self::eval), with what the location before left.
+    pub(crate) fn eval_after(&self, at: Location, last: &mut LastPole) -> Option<Jet<N>> {
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], 3, last)
+    }
+
+    /// [`position`](Self::position), with what the location before left.
+    pub(crate) fn position_after(&self, at: Location, last: &mut LastPole) -> Option<[f64; N]> {
         let patch = self.table.checked_patch(at);
         let plan = self.table.plan(self.table.patch_plan(patch)?);
         if let Some(spot) = plan.spot(at.u, at.v, self.table.turn(patch)) {
             let [position] = self.at_spot(patch, plan, &spot, [at.u, at.v]);
             return Some(position);
         }
-        let weights = plan.weights(at.u, at.v, self.table.turn(patch), 1);
-        Some(self.apply(patch, &weights.rows[0], true))
+        Some(self.rows(patch, plan, [at.u, at.v], 1, last).0[0])
     }
 
     /// The jet at parameters of a patch; second derivatives if `count` is 6.
-    fn patch_jet(&self, patch: usize, u: f64, v: f64, count: usize) -> Option<Jet<N>> {
+    fn patch_jet(&self, patch: usize, [u, v]: [f64; 2], count: usize, last: &mut LastPole) -> Option<Jet<N>> {
         let plan = self.table.plan(self.table.patch_plan(patch)?);
         if let Some(spot) = plan.spot(u, v, self.table.turn(patch)) {
             return Some(if count > 3 {
@@ -117,18 +133,37 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
                 Jet::regular(self.at_spot(patch, plan, &spot, [u, v]), None)
             });
         }
-        let weights = plan.weights(u, v, self.table.turn(patch), count);
-        let row = |k: usize| self.apply(patch, &weights.rows[k], k == 0);
-        let (position, du, dv) = (row(0), row(1), row(2));
-        let (derivatives, plane, unique_plane) = match &weights.at_vertex {
-            None => (Derivatives::Finite, Some([du, dv]), true),
-            Some(special) => {
-                let plane = special.plane.as_ref().map(|p| [0, 1].map(|k| self.apply(patch, &p[k], false)));
-                (special.derivatives, plane, special.unique_normal)
-            }
-        };
-        let second = (count > 3 && weights.at_vertex.is_none()).then(|| [row(3), row(4), row(5)]);
+        let ([position, du, dv, uu, uv, vv], at_vertex) = self.rows(patch, plan, [u, v], count, last);
+        let second = (count > 3 && at_vertex.is_none()).then_some([uu, uv, vv]);
+        let (derivatives, plane, unique_plane) = at_vertex.unwrap_or((Derivatives::Finite, Some([du, dv]), true));
         Some(Jet { position, du, dv, second, derivatives, plane, unique_plane })
+    }
+
+    /// The first `count` rows of the jet where no sub-patch covers the place, zeros for others; and at special vertices what
+    /// becomes of derivatives, the tangent plane, and whether it is the only one.
+    fn rows(
+        &self,
+        patch: usize,
+        plan: Plan<'_>,
+        [u, v]: [f64; 2],
+        count: usize,
+        last: &mut LastPole,
+    ) -> ([[f64; N]; 6], Option<State<N>>) {
+        if plan.is_wide()
+            && let Some(values) = self.at_pole(patch, plan, [u, v], count, last)
+        {
+            let row = |values: &Vec<f64>| values.first_chunk().copied().unwrap_or([0.0; N]);
+            let state =
+                |at: &AtVertex| (at.derivatives, at.plane.as_ref().map(|[a, b]| [row(a), row(b)]), at.unique_normal);
+            return (values.rows.each_ref().map(row), values.at_vertex.as_ref().map(state));
+        }
+        let weights = plan.weights(u, v, self.table.turn(patch), count);
+        let row = |k: usize| if k < count { self.apply(patch, &weights.rows[k], k == 0) } else { [0.0; N] };
+        let state = |at: &AtVertex| {
+            let plane = at.plane.as_ref().map(|p| [0, 1].map(|k| self.apply(patch, &p[k], false)));
+            (at.derivatives, plane, at.unique_normal)
+        };
+        (std::array::from_fn(row), weights.at_vertex.as_ref().map(state))
     }
 
     /// The weighted sum over a patch's ring. Weights sum to one for positions, to zero for derivatives.
@@ -136,7 +171,8 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
         let ring = self.table.ring(patch);
         let base = self.points[ring[0] as usize].map(T::to_f64);
         let mut sum = [0.0; N];
-        for (&v, &w) in ring.iter().zip(weights) {
+        // Far from a vertex of many faces few points of the ring have weights.
+        for (&v, &w) in ring.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
             let p = self.points[v as usize];
             for i in 0..N {
                 sum[i] += w * (p[i].to_f64() - base[i]);

@@ -231,8 +231,12 @@ fn matrices_are_made_once_for_all_faces_of_a_plan() {
     let shape = shapes::interior_vertex(5);
     let table = PatchTable::new(&shape.mesh, Scheme::CatmullClark).unwrap();
     let at = all(&shape.mesh);
+    let before = table.evaluation_size();
     rows::<f64, 3>(&table, &shape.positions, &at);
     let after = table.evaluation_size();
+    assert_eq!((before.matrices, before.bytes), (0, 0));
+    // A piece of every plan at least.
+    assert!(after.search_bytes >= before.search_bytes + 64 * table.size().plans, "{before:?} {after:?}");
     // A plan is one piece, or has three for every depth: seven rows of samples reach down to 0.05, so to depth 4.
     assert!(after.matrices <= 15 * table.size().plans, "{after:?}");
     rows::<f64, 6>(&table, &shape.positions, &at);

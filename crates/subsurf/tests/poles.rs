@@ -6,8 +6,8 @@ mod random_mesh;
 use brute_force::{Soup, apart, diagonal};
 use random_mesh::{Base, random_points};
 use subsurf::{
-    Boundary, ControlMesh, Corner, Crease, Face, Location, MeshError, Method, PatchTable, Rules, Scheme, TableSize,
-    Tags,
+    Boundary, ControlMesh, Corner, Crease, Derivatives, Face, LimitStencilTable, Location, MeshError, Method,
+    PatchTable, Rates, Rules, Scheme, TableSize, Tags, TessellateOptions,
 };
 
 fn mesh(base: Base, tags: Tags) -> ControlMesh {
@@ -84,6 +84,91 @@ fn a_dart_of_valence_100_is_exact() {
     let dart = |s| mesh(Base::Fan(100, 1), Tags { creases: vec![Crease::new(0, 1, s)], ..Tags::default() });
     is_exact("dart of 100", &dart(10.0), &[0, 1, 50, 99]);
     is_exact("semi-sharp dart of 100", &dart(1.5), &[0, 99]);
+}
+
+#[test]
+fn sectors_whose_rings_have_no_matrices_are_exact() {
+    let sector = Base::Sector(200, 1);
+    is_exact("boundary of 200", &mesh(sector, Tags::default()), &[0, 2, 100, 199]);
+    let pinned = Tags { corners: vec![Corner::new(0, 10.0)], ..Tags::default() };
+    is_exact("corner of 200", &mesh(sector, pinned), &[0, 99, 197]);
+    let dart = Tags { creases: vec![Crease::new(0, 1, 10.0)], ..Tags::default() };
+    is_exact("dart of 200", &mesh(Base::Fan(200, 1), dart), &[0, 1, 100, 198]);
+}
+
+/// Poles whose rings are too large for matrices, and a few faces there.
+fn wide_poles() -> Vec<(&'static str, Scheme, ControlMesh, Vec<u32>)> {
+    let crease = |ends: &[u32], s: f64| ends.iter().map(|&e| Crease::new(0, e, s)).collect();
+    let creases = |ends: &[u32], s: f64| Tags { creases: crease(ends, s), ..Tags::default() };
+    let pinned = Tags { corners: vec![Corner::new(0, 10.0)], ..Tags::default() };
+    let (quads, triangles) = (Scheme::CatmullClark, Scheme::Loop);
+    let (fan, umbrella) = (Base::Fan(200, 2), Base::Umbrella(300));
+    vec![
+        ("quads", quads, mesh(fan, Tags::default()), vec![0, 4, 400]),
+        ("two creases", quads, mesh(fan, creases(&[1, 201], 10.0)), vec![0, 4, 200, 396]),
+        ("a semi-sharp dart", quads, mesh(fan, creases(&[1], 1.5)), vec![0, 4, 8, 796]),
+        ("pinned", quads, mesh(fan, pinned.clone()), vec![0, 40]),
+        ("triangles in quads", quads, mesh(umbrella, Tags::default()), vec![0, 299]),
+        ("triangles", triangles, mesh(umbrella, Tags::default()), vec![0, 1, 299]),
+        ("a dart of triangles", triangles, mesh(umbrella, creases(&[1], 10.0)), vec![0, 1, 150, 299]),
+        ("two creases of triangles", triangles, mesh(umbrella, creases(&[1, 151], 10.0)), vec![0, 75, 149, 150]),
+        ("pinned triangles", triangles, mesh(umbrella, pinned), vec![0, 7]),
+    ]
+}
+
+#[test]
+fn values_at_a_pole_are_what_weights_give() {
+    let places = [(0.0, 0.0), (0.0, 1e-6), (1e-3, 2e-4), (0.3, 0.1), (0.25, 0.5), (0.0, 0.6), (0.5, 0.5), (3e-9, 1e-9)];
+    for (what, scheme, mesh, faces) in wide_poles() {
+        let points = random_points(mesh.vertex_count(), 5);
+        let table = PatchTable::new(&mesh, scheme).unwrap();
+        let surface = table.surface(&points);
+        let at = |&face: &u32| places.map(|(u, v)| Location { face: Face(face), subface: 0, u, v });
+        let at: Vec<Location> = faces.iter().flat_map(at).collect();
+        let stencils = LimitStencilTable::<f64>::new(&table, &at).unwrap();
+        for (i, (place, [position, du, dv])) in at.iter().zip(stencils.frames(&points)).enumerate() {
+            let jet = surface.eval(*place).unwrap();
+            assert!(apart(jet.position, position) < 1e-13, "{what} {place:?}");
+            let Some(normal) = jet.normal() else { continue };
+            let size = du.iter().chain(&dv).fold(0.0, |m: f64, x| m.max(x.abs()));
+            if stencils.derivatives(i) == Some(Derivatives::Finite) {
+                // A few hundred roundings, and up to thirty levels.
+                assert!(apart(jet.du, du).max(apart(jet.dv, dv)) < 1e-11 * size, "{what} {place:?}");
+            }
+            let cross = [0, 1, 2].map(|k| {
+                let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+                du[a] * dv[b] - du[b] * dv[a]
+            });
+            let length = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // What is lost where derivatives are nearly parallel.
+            let thin = size * size / length;
+            assert!(apart(normal, cross.map(|x| x / length)) < 1e-11 * thin, "{what} {place:?}");
+        }
+    }
+}
+
+#[test]
+fn tessellations_of_a_pole_lie_on_the_surface() {
+    let options = TessellateOptions { rates: Rates::Uniform(6), places: true, ..TessellateOptions::default() };
+    for (what, scheme, mesh, faces) in wide_poles() {
+        let points = random_points(mesh.vertex_count(), 5);
+        let table = PatchTable::new(&mesh, scheme).unwrap();
+        let surface = table.surface(&points);
+        let whole = surface.tessellate(&options).unwrap();
+        let places = whole.places.as_ref().unwrap();
+        for (f, &(face, subface)) in places.facet.iter().enumerate().filter(|(_, at)| faces.contains(&at.0)) {
+            for c in whole.face_offsets[f] as usize..whole.face_offsets[f + 1] as usize {
+                let [u, v] = places.corner_uv[c];
+                let jet = surface.eval(Location { face: Face(face), subface, u, v }).unwrap();
+                assert!(apart(jet.position, whole.positions[whole.corners[c] as usize]) < 1e-13, "{what} {u} {v}");
+                let normals = if whole.normal_corners.is_empty() { &whole.corners } else { &whole.normal_corners };
+                let Some(normal) = jet.normal().filter(|_| jet.derivatives == Derivatives::Finite) else { continue };
+                let size = |d: [f64; 3]| d.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let thin = (size(jet.du) / size(jet.dv)).max(size(jet.dv) / size(jet.du));
+                assert!(apart(normal, whole.normals[normals[c] as usize]) < 1e-10 * thin, "{what} {face} {u} {v}");
+            }
+        }
+    }
 }
 
 fn table_size(n: u32) -> TableSize {

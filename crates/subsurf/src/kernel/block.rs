@@ -26,6 +26,8 @@ pub trait Lanes: Sized + Copy + Default {
     fn quarters<S: Simd>(simd: S, x: Self::Block<S>) -> [Self; 4];
     /// Lanes of both in turn, `a0 b0 a1 b1 …`: the first sixteen and the last.
     fn zip<S: Simd>(simd: S, a: Self::Block<S>, b: Self::Block<S>) -> [Self::Block<S>; 2];
+    /// The way back: the lanes with even numbers of both, and the odd ones.
+    fn unzip<S: Simd>(simd: S, a: Self::Block<S>, b: Self::Block<S>) -> [Self::Block<S>; 2];
     /// Four numbers less four others, in one step.
     fn apart<S: Simd>(simd: S, a: [Self; 4], b: [Self; 4]) -> [Self; 4];
     /// Four numbers in double precision.
@@ -89,6 +91,11 @@ impl Lanes for f32 {
     #[inline(always)]
     fn zip<S: Simd>(simd: S, a: f32x16<S>, b: f32x16<S>) -> [f32x16<S>; 2] {
         [simd.zip_low_f32x16(a, b), simd.zip_high_f32x16(a, b)]
+    }
+
+    #[inline(always)]
+    fn unzip<S: Simd>(simd: S, a: f32x16<S>, b: f32x16<S>) -> [f32x16<S>; 2] {
+        [simd.unzip_low_f32x16(a, b), simd.unzip_high_f32x16(a, b)]
     }
 
     #[inline(always)]
@@ -180,6 +187,12 @@ impl Lanes for f64 {
     fn zip<S: Simd>(simd: S, a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [[f64x8<S>; 2]; 2] {
         let (low, high) = (simd.zip_low_f64x8(a[0], b[0]), simd.zip_high_f64x8(a[0], b[0]));
         [[low, high], [simd.zip_low_f64x8(a[1], b[1]), simd.zip_high_f64x8(a[1], b[1])]]
+    }
+
+    #[inline(always)]
+    fn unzip<S: Simd>(simd: S, a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [[f64x8<S>; 2]; 2] {
+        let even = [simd.unzip_low_f64x8(a[0], a[1]), simd.unzip_low_f64x8(b[0], b[1])];
+        [even, [simd.unzip_high_f64x8(a[0], a[1]), simd.unzip_high_f64x8(b[0], b[1])]]
     }
 
     #[inline(always)]

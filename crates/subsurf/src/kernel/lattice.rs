@@ -53,8 +53,9 @@ pub(crate) fn refine_lattice<T: Real, const N: usize>(
         || {
             // Small lattices by loops of known length.
             match size {
-                1 => refine_all(simd, from, 1, rule, beyond, to),
-                2 => refine_all(simd, from, 2, rule, beyond, to),
+                1 if beyond => refine_all(simd, from, 1, rule, true, to),
+                2 if !beyond => refine_all(simd, from, 2, rule, false, to),
+                2 => refine_all(simd, from, 2, rule, true, to),
                 _ => refine_all(simd, from, size, rule, beyond, to),
             }
             for side in 0..4 {
@@ -82,6 +83,7 @@ fn refine_all<T: Real, S: Simd, const N: usize>(
     for q in 0..size + 2 {
         let (near, far) = (&from[q * width..][..width], &from[(q + 1) * width..][..width]);
         let out = &mut to[2 * q * fine..][..fine];
+        let is_needed = beyond || 0 < q && q < size + 1;
         for c in 0..N {
             let mut column = T::plus(simd, T::load(simd, &near[0][c]), T::load(simd, &far[0][c]));
             let mut face = T::splat(simd, T::default());
@@ -90,7 +92,7 @@ fn refine_all<T: Real, S: Simd, const N: usize>(
                 let before = face;
                 face = T::times(simd, quarter, T::plus(simd, column, next));
                 T::store(simd, face, &mut out[2 * p][c]);
-                if p > 0 {
+                if p > 0 && is_needed {
                     let faces = T::times(simd, centroid, T::plus(simd, before, face));
                     T::store(simd, T::plus(simd, T::times(simd, end, column), faces), &mut out[2 * p - 1][c]);
                 }
@@ -213,9 +215,8 @@ fn apart<T: Real, S: Simd>(simd: S, x: &[T; LANES], from: T::Block<S>) -> T::Blo
     T::minus(simd, T::load(simd, x), from)
 }
 
-/// Rows of sixteen lanes to lanes of rows: number k of lane l goes to `out[l * rows.len() + k]`. There are whole sixteens of rows.
-pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], out: &mut [T]) {
-    let stride = rows.len();
+/// Rows of sixteen lanes to lanes of rows: number k of lane l goes to `out[l * stride + k]`. There are whole sixteens of rows.
+pub(crate) fn turn<T: Real>(from: &[[T; LANES]], rows: &[u32], stride: usize, out: &mut [T]) {
     dispatch!(level(), simd => simd.vectorize(
         #[inline(always)]
         || {
@@ -350,7 +351,7 @@ mod tests {
         let from: Vec<[f32; LANES]> = (0..40).map(|r| std::array::from_fn(|k| (100 * r + k) as f32)).collect();
         let rows: Vec<u32> = (0..32).map(|i| (i * 7 + 3) % 40).collect();
         let mut out = vec![0.0; LANES * rows.len()];
-        turn(&from, &rows, &mut out);
+        turn(&from, &rows, rows.len(), &mut out);
         for (lane, out) in out.chunks(rows.len()).enumerate() {
             assert!(out.iter().zip(&rows).all(|(&x, &r)| x == (100 * r + lane as u32) as f32));
         }

@@ -278,6 +278,21 @@ pub(crate) fn transposed<T: Real, S: Simd>(simd: S, c: [T::Block<S>; PART]) -> [
     [a, b, c, d]
 }
 
+/// The way back: sixteen parts to lanes, component by component.
+#[inline(always)]
+pub(crate) fn by_component<T: Real, S: Simd>(simd: S, parts: impl Fn(usize) -> Part<T>) -> [T::Block<S>; PART] {
+    // No `map`, which is not compiled for the vectors of the machine.
+    let mut joined = [T::splat(simd, T::default()); 4];
+    for quarter in 0..4 {
+        let [a, b, c, d] = [parts(4 * quarter), parts(4 * quarter + 1), parts(4 * quarter + 2), parts(4 * quarter + 3)];
+        joined[quarter] = T::joined(simd, [T::four(simd, a), T::four(simd, b), T::four(simd, c), T::four(simd, d)]);
+    }
+    let [a, b, c, d] = joined;
+    let ([xz, yw], [zx, wy]) = (T::unzip(simd, a, b), T::unzip(simd, c, d));
+    let ([x, z], [y, w]) = (T::unzip(simd, xz, zx), T::unzip(simd, yw, wy));
+    [x, y, z, w]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -337,5 +352,27 @@ mod tests {
             sixteen_as_alone::<f32, 5, 3>(count);
             sixteen_as_alone::<f64, 9, 6>(count);
         }
+    }
+
+    #[test]
+    fn sixteen_parts_come_back_from_their_components() {
+        fn check<T: Real>() {
+            let part = |k: usize| [0, 1, 2, 3].map(|c| T::from_f64((10 * k + c) as f64));
+            dispatch!(level(), simd => {
+                let components = by_component::<T, _>(simd, part);
+                for (c, component) in components.into_iter().enumerate() {
+                    let mut lanes = [T::default(); LANES];
+                    T::store(simd, component, &mut lanes);
+                    assert_eq!(lanes, std::array::from_fn(|k| part(k)[c]));
+                }
+                for (quarter, block) in transposed::<T, _>(simd, components).into_iter().enumerate() {
+                    let mut parts = [T::default(); LANES];
+                    T::store(simd, block, &mut parts);
+                    assert_eq!(parts.as_chunks::<PART>().0, &[0, 1, 2, 3].map(|k| part(4 * quarter + k)));
+                }
+            });
+        }
+        check::<f32>();
+        check::<f64>();
     }
 }

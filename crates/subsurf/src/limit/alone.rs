@@ -22,7 +22,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     ) -> [[f64; N]; R] {
         let (ring, split, face_turn) = (self.table.ring(patch), self.table.scheme().split(), self.table.turn(patch));
         let mut row = [[0.0; N]; R];
-        plan.with_piece(spot, (u, v, face_turn), |matrix: &SubPatch<f64>| {
+        plan.with_piece(spot, |matrix: &SubPatch<f64>| {
             dispatch!(level(), simd => simd.vectorize(
                 #[inline(always)]
                 || {

@@ -129,8 +129,8 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
     pub fn eval_into<const R: usize>(&mut self, places: &[[f64; 2]], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
         check_rows::<R>(places.len(), rows.len());
         for (start, some) in (0..).step_by(TOGETHER).zip(places.chunks(TOGETHER)) {
-            let (patch, number) = (self.patch, |k| (start + k) as u32);
-            self.places.set(self.surface.table(), some.len(), |k| (some[k], number(k), ()), |()| patch);
+            let patch = self.patch;
+            self.places.set(self.surface.table(), some.len(), move |k| (some[k], (start + k) as u32, ()), |()| patch);
             self.sampler.run(self.surface, &self.places, rows);
         }
         self.sampler.take_exceptional(0)
@@ -185,7 +185,7 @@ impl<T: Real> Chunk<T> {
                     table,
                     some.len(),
                     #[inline(always)]
-                    |k| ([some[k].u, some[k].v], (number + k) as u32, (some[k].face, some[k].subface)),
+                    move |k| ([some[k].u, some[k].v], (number + k) as u32, (some[k].face, some[k].subface)),
                     |(face, subface)| table.patch(face, subface),
                 );
                 sampler.run(surface, places, rows);
@@ -195,14 +195,14 @@ impl<T: Real> Chunk<T> {
         }
         by_patch.fill(table, locations);
         for number in 0..by_patch.buckets() {
-            let bucket = by_patch.bucket(number);
+            let bucket = &by_patch.bucket(number);
             let mut start = 0;
             while start < bucket.len() {
                 places.set(
                     table,
                     bucket.len() - start,
                     #[inline(always)]
-                    |k| bucket.place(start + k),
+                    move |k| bucket.place(start + k),
                     |patch| patch as usize,
                 );
                 // Rows lie all over the place, so many reads at a time, that they are at hand when they are written.

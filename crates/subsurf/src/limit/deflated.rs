@@ -30,7 +30,7 @@ const BITS: usize = 11;
 pub(crate) struct Deflated<'a> {
     /// `A`.
     pub step: &'a LocalStep,
-    /// `l`.
+    /// `l`, over the points of the ring: the others have no weight.
     pub limit: &'a [f64],
 }
 
@@ -56,7 +56,7 @@ impl DeflatedPowers {
 
     /// `R^(2^bit)`.
     fn power<'a>(&self, of: Deflated<'_>, powers: &'a Powers, bit: usize) -> &'a [f64] {
-        let k = of.limit.len();
+        let k = of.step.points;
         powers[bit].get_or_init(|| {
             if bit > 0 {
                 return square(self.power(of, powers, bit - 1), k);

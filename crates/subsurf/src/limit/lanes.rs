@@ -32,8 +32,9 @@ pub(super) fn turns<T: Real>(pose: Pose, split: SplitKind) -> Option<Turn<T>> {
     Some([[T::from_f64(u[0]), T::from_f64(u[1])], [T::from_f64(v[0]), T::from_f64(v[1])]])
 }
 
-/// A part of a piece of a face.
+/// A part of a piece of a face, on lines of the cache.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
 pub(super) struct Piece<T> {
     pub panel: Panel<T>,
     pub frame: Frame<T>,
@@ -92,10 +93,16 @@ impl<T: Real> Piece<T> {
     /// Takes coefficients in.
     #[inline(always)]
     pub fn set<S: Simd>(&mut self, simd: S, rows: &Rows<T, S>, frame: Frame<T>) {
+        self.set_rows(simd, rows);
+        self.frame = frame;
+    }
+
+    /// The same, the frame as it is.
+    #[inline(always)]
+    pub fn set_rows<S: Simd>(&mut self, simd: S, rows: &Rows<T, S>) {
         for j in 0..4 {
             T::store(simd, rows[j], &mut self.panel[j]);
         }
-        self.frame = frame;
     }
 
     /// The coefficients as vectors.
@@ -187,28 +194,34 @@ pub(super) fn weighted<T: Real, S: Simd, const N: usize>(
     blocks: &[[T; LANES]],
     ring: impl Fn(usize) -> Part<T> + Copy,
 ) -> Rows<T, S> {
-    // Even and odd points apart, so that additions need not wait for each other.
-    let mut sides = [[T::splat(simd, T::default()); PART]; 2];
-    let even = blocks.len() & !1;
-    for p in (0..even).step_by(2) {
-        for side in 0..2 {
-            let (weights, point) = (T::load(simd, &blocks[p + side]), ring(p + side));
-            for c in 0..if N < PART { N } else { PART } {
-                sides[side][c] = T::plus(simd, sides[side][c], T::times(simd, weights, T::splat(simd, point[c])));
+    let mut sums = [T::splat(simd, T::default()); PART];
+    for p in 0..blocks.len() {
+        let (weights, point) = (T::load(simd, &blocks[p]), ring(p));
+        for c in 0..if N < PART { N } else { PART } {
+            sums[c] = T::plus(simd, sums[c], T::times(simd, weights, T::splat(simd, point[c])));
+        }
+    }
+    transposed::<T, S>(simd, sums)
+}
+
+/// The same of two pieces at once, with the same bits: points are read once, and one sum need not wait for the other.
+#[inline(always)]
+pub(super) fn weighted_twice<T: Real, S: Simd, const N: usize>(
+    simd: S,
+    blocks: [&[[T; LANES]]; 2],
+    ring: &[Part<T>],
+) -> [Rows<T, S>; 2] {
+    let mut sums = [[T::splat(simd, T::default()); PART]; 2];
+    for ((first, second), point) in blocks[0].iter().zip(blocks[1]).zip(ring) {
+        let weights = [T::load(simd, first), T::load(simd, second)];
+        for c in 0..if N < PART { N } else { PART } {
+            let x = T::splat(simd, point[c]);
+            for i in 0..2 {
+                sums[i][c] = T::plus(simd, sums[i][c], T::times(simd, weights[i], x));
             }
         }
     }
-    if even < blocks.len() {
-        let (weights, point) = (T::load(simd, &blocks[even]), ring(even));
-        for c in 0..if N < PART { N } else { PART } {
-            sides[0][c] = T::plus(simd, sides[0][c], T::times(simd, weights, T::splat(simd, point[c])));
-        }
-    }
-    let mut sums = sides[0];
-    for c in 0..if N < PART { N } else { PART } {
-        sums[c] = T::plus(simd, sums[c], sides[1][c]);
-    }
-    transposed::<T, S>(simd, sums)
+    [transposed::<T, S>(simd, sums[0]), transposed::<T, S>(simd, sums[1])]
 }
 
 /// A sample of a quartic patch: Horner's rule in t, then in s, derivatives alongside.

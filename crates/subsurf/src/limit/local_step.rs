@@ -15,6 +15,9 @@ use crate::tags::{Boundary, Corner as CornerTag, Crease, INFINITE_SHARPNESS, Rul
 use crate::topology::{NONE, Tables, Topology};
 use std::sync::Arc;
 
+/// How many faces on either side of a face its points beyond the ring depend on, sharp spokes included.
+const REACH: u32 = 2;
+
 /// `A` and `X_1 X_2 X_3` over the points of [`special_points`].
 #[derive(Clone, Debug)]
 pub(crate) struct LocalStep {
@@ -22,7 +25,7 @@ pub(crate) struct LocalStep {
     pub points: usize,
     /// How many of them belong to the ring of the vertex.
     pub ring: usize,
-    /// The first rows of `A`, those of the ring: at a dart all faces have the same.
+    /// The first rows of `A`, those of the ring: where these count from a sharp edge, all faces have the same.
     inner: Arc<Rows>,
     /// The other rows of `A`, and behind them what else the regular children need.
     outer: Rows,
@@ -58,9 +61,48 @@ impl LocalStep {
         all
     }
 
+    /// That of another face at the vertex of this one, where faces count from a sharp edge.
+    pub fn of_other_face(&self, special: Corner) -> Self {
+        let Corner { n, i, .. } = special;
+        if i < REACH || i + REACH >= n || n < Self::MODEL.0 {
+            let (neighbourhood, face) = Neighbourhood::of(special);
+            return neighbourhood.step(face, Some(&self.inner));
+        }
+        self.moved(special)
+    }
+
+    /// Valence and face of a step from which those of other faces far from sharp edges are taken.
+    const MODEL: (u32, u32) = (2 * REACH + 5, REACH + 2);
+
+    /// That of a face without a sharp edge nearby: what lies beyond the ring does not depend on the valence, and is the same as
+    /// seen from all such faces.
+    fn moved(&self, special: Corner) -> Self {
+        let (n, i) = Self::MODEL;
+        let model = Self::new(Corner { n, i, ..special });
+        let per_face = if special.split == SplitKind::Quads { 2 } else { 1 };
+        let (back, forth) = (i * per_face, special.i * per_face);
+        let (ring, small) = (self.ring as u32, model.ring as u32);
+        let point = |p: u32| match p {
+            0 => 0,
+            p if p < small => p + forth - back,
+            p => p - small + ring,
+        };
+        let points = model.points - model.ring + self.ring;
+        let outer = model.outer.renumbered(points, point);
+        let x = model.x.iter().map(|&p| point(p)).collect();
+        Self { points, ring: self.ring, inner: self.inner.clone(), outer, x }
+    }
+
     /// Row `i`: of `A` where that has so many.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        if i < self.ring { self.inner.row(i) } else { self.outer.row(i - self.ring) }
+        let (columns, weights) = self.terms(i);
+        columns.iter().copied().zip(weights.iter().copied())
+    }
+
+    /// The same as columns and weights.
+    #[inline(always)]
+    pub fn terms(&self, i: usize) -> (&[u32], &[f64]) {
+        if i < self.ring { self.inner.terms(i) } else { self.outer.terms(i - self.ring) }
     }
 
     /// `out += left · A`.
@@ -442,6 +484,26 @@ mod tests {
                 assert_eq!((step.points, step.ring, &step.x), (alone.points, alone.ring, &alone.x));
                 for (rows, others) in [(&*step.inner, &*alone.inner), (&step.outer, &alone.outer)] {
                     assert!(rows.is_like(others) && rows.weights() == others.weights(), "{n} {i}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn faces_far_from_sharp_edges_have_steps_that_are_moved() {
+        for (split, kind) in [SplitKind::Quads, SplitKind::Triangles]
+            .into_iter()
+            .flat_map(|s| [Kind::Dart, Kind::Crease, Kind::Corner].map(|kind| (s, kind)))
+        {
+            for n in (LocalStep::MODEL.0..16).chain([40]) {
+                let first = LocalStep::new(Corner { split, kind, n, i: 0 });
+                for i in 0..n {
+                    let special = Corner { split, kind, n, i };
+                    let (other, alone) = (first.of_other_face(special), LocalStep::new(special));
+                    assert_eq!((other.points, other.ring, &other.x), (alone.points, alone.ring, &alone.x));
+                    for (rows, others) in [(&*other.inner, &*alone.inner), (&other.outer, &alone.outer)] {
+                        assert!(rows.is_like(others) && rows.weights() == others.weights(), "{special:?}");
+                    }
                 }
             }
         }

@@ -59,7 +59,8 @@ pub struct TableSize {
     pub special_vertices: usize,
     /// Bytes of what grows with the mesh: plan numbers and rings.
     pub patch_bytes: usize,
-    /// Bytes of plans and special vertices; these grow a little when locations at them are first evaluated.
+    /// Bytes of plans and special vertices; these grow a little when locations at them are first evaluated. What evaluation
+    /// tabulates comes on top: see [`PatchTable::evaluation_size`].
     pub plan_bytes: usize,
     /// Bytes of the topology that the table keeps.
     pub topology_bytes: usize,
@@ -73,6 +74,9 @@ pub struct EvaluationSize {
     pub matrices: usize,
     /// Bytes of those that are kept.
     pub bytes: usize,
+    /// Bytes of what tells in which sub-patch a location lies, the patch trees and cells of plans that were met, with room for their
+    /// matrices; some for every plan from the beginning.
+    pub search_bytes: usize,
 }
 
 impl PatchTable {
@@ -291,7 +295,7 @@ impl PatchTable {
     /// 128 MiB are kept.
     pub fn evaluation_size(&self) -> EvaluationSize {
         let parts = self.plans.sub_patches();
-        EvaluationSize { matrices: parts.made(), bytes: parts.bytes() }
+        EvaluationSize { matrices: parts.made(), bytes: parts.bytes(), search_bytes: parts.search_bytes() }
     }
 
     /// Counts and memory.

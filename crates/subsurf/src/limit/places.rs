@@ -12,7 +12,7 @@ pub(super) const TOGETHER: usize = 256;
 
 /// Samples whose sub-patches are found before any is evaluated; so much room is behind the last sample. Larger: memory on the
 /// stack; smaller: more calls.
-pub(super) const LOT: usize = 2 * LANES;
+pub(super) const LOT: usize = 4 * LANES;
 
 /// Parameters of samples and their numbers.
 pub(super) struct Places<T> {
@@ -65,16 +65,17 @@ impl<T: Real> Places<T> {
         &mut self,
         table: &PatchTable,
         count: usize,
-        each: impl Fn(usize) -> ([f64; 2], u32, K),
+        each: impl Fn(usize) -> ([f64; 2], u32, K) + Copy,
         patch: impl Fn(K) -> usize,
     ) {
         let count = count.min(TOGETHER);
         self.starts.resize(count + 1, Start::default());
         let (u, v, number) = (&mut self.u[..count], &mut self.v[..count], &mut self.number[..count]);
         let (s, t, starts) = (&mut self.s[..count], &mut self.t[..count], &mut self.starts[..=count]);
+        // By value, so that nothing that is written may be what it reads.
         let runs = vectorized(
             #[inline(always)]
-            || {
+            move || {
                 let mut runs = 0;
                 let mut last = None;
                 for k in 0..count {

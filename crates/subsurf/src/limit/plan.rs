@@ -22,14 +22,16 @@ mod leaf;
 mod leaf_basis;
 mod place_weights;
 mod points;
+mod pole;
 mod refined_points;
 mod sub_patches;
 mod template;
 
 pub(super) use compile::Numbers;
 pub(super) use fan::may_have_fans;
-pub(crate) use grid_weights::{GridMaker, GridPoints, GridScratch, GridValues};
+pub(crate) use grid_weights::{GridMaker, GridPoints, GridScratch, GridValues, MOST_RING};
 use points::Points;
+pub(crate) use pole::AtPole;
 
 use super::box_spline;
 use super::bspline::{cubic, tensor};
@@ -43,7 +45,7 @@ use super::turn::{turn_back_quad, turn_back_triangle, turned};
 use crate::scheme::SplitKind;
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex};
-pub(crate) use sub_patches::{KeptCoefficients, Pose, Spot, SubPatch, SubPatches};
+pub(crate) use sub_patches::{Cells, KeptCoefficients, PieceMap, Pose, Spot, SubPatch, SubPatches};
 
 /// The special vertices that plans refer to, each made once.
 #[derive(Default)]
@@ -62,6 +64,12 @@ impl SpecialVertices {
         if let Some(made) = self.lock().get(&corner) {
             return made.clone();
         }
+        if SpecialVertex::is_of_many(corner) {
+            // What does not depend on the face is that of face 0, whichever comes first.
+            let own = |i: u32| Corner { i, ..corner };
+            let first = self.known_or(own(0), || SpecialVertex::new(own(0), self.method));
+            return self.known_or(corner, || first.for_other_face(corner, self.method));
+        }
         if corner.kind == Kind::Dart {
             // All its faces at once: most of what they need they have in common, and other faces of the mesh need it.
             let all = SpecialVertex::all_at_dart(corner.split, corner.n, self.method);
@@ -71,7 +79,14 @@ impl SpecialVertices {
             }
             return made[&corner].clone();
         }
-        let new = Arc::new(SpecialVertex::new(corner, self.method));
+        self.known_or(corner, || SpecialVertex::new(corner, self.method))
+    }
+
+    fn known_or(&self, corner: Corner, new: impl FnOnce() -> SpecialVertex) -> Arc<SpecialVertex> {
+        if let Some(made) = self.lock().get(&corner) {
+            return made.clone();
+        }
+        let new = Arc::new(new());
         self.lock().entry(corner).or_insert(new).clone()
     }
 

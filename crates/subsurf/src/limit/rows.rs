@@ -42,6 +42,7 @@ impl FromIterator<(u32, f64)> for Combination {
 /// A compressed sparse row matrix: row `i` is a point as a combination of `columns` points.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rows {
+    /// None, and no weights either, where every row is just one of the points.
     offset: Vec<u32>,
     column: Vec<u32>,
     weight: Vec<f64>,
@@ -81,6 +82,10 @@ impl Rows {
 
     /// Rows over `columns` points; terms with the same column are added.
     pub fn new(columns: usize, rows: &[Combination]) -> Self {
+        let point = |row: &Combination| if let Combination::Point([(c, _)]) = row { Some(*c) } else { None };
+        if let Some(column) = rows.iter().map(point).collect::<Option<Vec<u32>>>() {
+            return Self { column, columns, ..Self::default() };
+        }
         let most = rows.iter().map(|row| row.len()).sum();
         let mut out = Self::empty(columns);
         out.reserve(rows.len(), most);
@@ -108,12 +113,20 @@ impl Rows {
     }
 
     pub fn len(&self) -> usize {
-        self.offset.len() - 1
+        if self.offset.is_empty() { self.column.len() } else { self.offset.len() - 1 }
+    }
+
+    /// The same rows over other points, `point` being the new number of each.
+    pub fn renumbered(&self, columns: usize, point: impl Fn(u32) -> u32) -> Self {
+        Self { column: self.column.iter().map(|&c| point(c)).collect(), columns, ..self.clone() }
     }
 
     /// Columns and weights of a row.
     #[inline(always)]
     pub fn terms(&self, i: usize) -> (&[u32], &[f64]) {
+        if self.offset.is_empty() {
+            return (&self.column[i..=i], &[1.0]);
+        }
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         (&self.column[range.clone()], &self.weight[range])
     }
@@ -155,8 +168,8 @@ impl Rows {
     }
 
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
-        self.column[range.clone()].iter().copied().zip(self.weight[range].iter().copied())
+        let (columns, weights) = self.terms(i);
+        columns.iter().copied().zip(weights.iter().copied())
     }
 
     /// `out += left · self`, a row vector from the left.

@@ -15,6 +15,7 @@ use super::local_step::LocalStep;
 use super::plan::KeptCoefficients;
 use super::tangent::{self, EvenMode};
 use crate::scheme::SplitKind;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// Which closed form of the powers of the local step is used.
@@ -24,7 +25,8 @@ pub enum Method {
     #[default]
     Deflated,
     /// Stam's eigenbasis at interior vertices and the Jordan form of Lacewell and Burley 2007 at boundaries, creases
-    /// and corners. Darts, pinned interior vertices and Loop subdivision, which neither covers, use deflated powers.
+    /// and corners. Darts, pinned interior vertices and Loop subdivision, which neither covers, use deflated powers, and so do
+    /// vertices of more than 120 faces, whose bases would be dense matrices of their size.
     Eigenbasis,
 }
 
@@ -33,8 +35,8 @@ pub enum Method {
 pub(crate) struct SpecialVertex {
     pub corner: Corner,
     step: LocalStep,
-    /// Limit position mask.
-    limit: Vec<f64>,
+    /// Limit position mask, over the ring; no other point has a weight.
+    limit: Arc<[f64]>,
     deflated: DeflatedPowers,
     /// For second derivatives where the mode of eigenvalue 1/2 is linear and would drown them; made when it is first needed.
     second: OnceLock<DeflatedPowers>,
@@ -45,14 +47,25 @@ pub(crate) struct SpecialVertex {
     tangents: OnceLock<tangent::Tangents>,
     /// Of a dart, one for all its faces; made when one of them first needs it.
     even: Option<Arc<OnceLock<EvenMode>>>,
+    /// True where what all faces at the vertex share is counted here.
+    is_first: bool,
     /// Of the pieces that were met.
     coefficients: KeptCoefficients,
 }
 
-/// Depth from which on a vertex without stored powers uses its eigenbasis, so that no location costs more than this many
+/// Depth from which on a vertex without stored powers uses its eigenbasis, so that few locations cost more than this many
 /// sparse steps. Larger: time; smaller: two dense matrices of `K²` for vertices that are only tessellated. Darts, pinned
-/// vertices and Loop vertices of more than 58 faces have no eigenbasis here and take one sparse step per level.
+/// vertices and Loop vertices of more than 58 faces have no eigenbasis here and take one sparse step per level, and so do
+/// vertices of more than [`MOST_EIGEN`] points.
 const DEEP: u32 = 16;
+
+/// Most points for which there is an eigenbasis. Larger: memory, two dense matrices of `K²`, for every face of a sector of its
+/// own; smaller: time at depths beyond `K / 7`, where sparse steps of `7 K` take longer than two products of `K²`.
+const MOST_EIGEN: usize = 256;
+
+/// Most faces of a sharp sector or dart whose special vertices are made each from its own neighbourhood. Larger: memory and time,
+/// since a vertex of `n` faces then has `n` masks of `2 n` weights; smaller: bookkeeping for the many vertices of few faces.
+const MOST_APART: u32 = 28;
 
 /// Weights over some points, for position, `u`, `v`, `uu`, `uv`, `vv`.
 #[derive(Clone, Debug, Default)]
@@ -98,16 +111,26 @@ impl SpecialVertex {
         all
     }
 
-    /// `first` is the vertex from its first face, where other faces take from it what depends on the valence alone: at darts.
+    /// True where what faces at a vertex share is taken from the vertex as its face 0 sees it.
+    pub fn is_of_many(corner: Corner) -> bool {
+        corner.n > MOST_APART && !matches!(corner.kind, Kind::Smooth | Kind::Pinned)
+    }
+
+    /// The vertex as another face sees it; this one is as face 0 does.
+    pub fn for_other_face(&self, corner: Corner, method: Method) -> Self {
+        Self::with_step(corner, self.step.of_other_face(corner), method, Some(self))
+    }
+
+    /// `first` is the vertex from its first face, where other faces take from it what depends on the valence alone.
     fn with_step(corner: Corner, step: LocalStep, method: Method, first: Option<&Self>) -> Self {
         let limit = match first {
-            // The ring is the same, and nothing else has a weight.
-            Some(first) => {
-                let mut limit = first.limit[..step.ring].to_vec();
-                limit.resize(step.points, 0.0);
-                limit
+            // The ring is the same.
+            Some(first) => first.limit.clone(),
+            None => {
+                let limit = tangent::limit_mask(corner, &step);
+                debug_assert!(limit[step.ring..].iter().all(|&w| w == 0.0));
+                limit[..step.ring].into()
             }
-            None => tangent::limit_mask(corner, &step),
         };
         let even = first.and_then(|first| first.even.clone());
         let even = even.or_else(|| (corner.kind == Kind::Dart).then(Arc::default));
@@ -115,7 +138,8 @@ impl SpecialVertex {
         let eigen = if method == Method::Eigenbasis { eigen_form(corner, &step) } else { None };
         let (second, deep, tangents) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         let coefficients = KeptCoefficients::default();
-        Self { corner, step, limit, deflated, second, eigen, deep, tangents, even, coefficients }
+        let is_first = first.is_none();
+        Self { corner, step, limit, deflated, second, eigen, deep, tangents, even, is_first, coefficients }
     }
 
     /// The even mode of a dart, the same bits whichever face asks first.
@@ -124,8 +148,13 @@ impl SpecialVertex {
         Some(even.get_or_init(|| EvenMode::new(self.corner, &self.step, &self.limit)))
     }
 
-    fn tangents(&self) -> &tangent::Tangents {
-        self.tangents.get_or_init(|| tangent::Tangents::new(self.corner, &self.step, self.even()))
+    /// The directions at the vertex; at one of many faces not kept, since each of these has its own.
+    fn tangents(&self) -> Cow<'_, tangent::Tangents> {
+        let new = || tangent::Tangents::new(self.corner, &self.step, self.even());
+        match Self::is_of_many(self.corner) {
+            true => Cow::Owned(new()),
+            false => Cow::Borrowed(self.tangents.get_or_init(new)),
+        }
     }
 
     fn second(&self) -> Option<&DeflatedPowers> {
@@ -135,6 +164,16 @@ impl SpecialVertex {
                 DeflatedPowers::new(self.points(), after_linear(self.corner), linear)
             })
         })
+    }
+
+    /// The step from the points of one face to those of its child at the vertex.
+    pub fn step(&self) -> &LocalStep {
+        &self.step
+    }
+
+    /// `λ`, by which powers of the step shrink.
+    pub fn scale(&self) -> f64 {
+        self.deflated.scale
     }
 
     /// What is kept of its pieces.
@@ -190,7 +229,7 @@ impl SpecialVertex {
         self.step.child(index).iter().map(point).collect()
     }
 
-    /// The limit position over the canonical points.
+    /// The limit position over the points of the ring, which come first.
     pub fn limit(&self) -> &[f64] {
         &self.limit
     }
@@ -216,7 +255,7 @@ impl SpecialVertex {
             let factor = factor * (2.0 * flip).powi(times);
             row.iter_mut().for_each(|w| *w *= factor);
             if order == 0 && m > 0 {
-                row.iter_mut().zip(&self.limit).for_each(|(w, l)| *w += l);
+                row.iter_mut().zip(self.limit()).for_each(|(w, l)| *w += l);
             }
             out.rows[order] = row;
         }
@@ -229,7 +268,7 @@ impl SpecialVertex {
     /// `row · (A^m - constant)` up to the factor that is returned, times `2^m` per differentiation.
     fn power(&self, m: u32, times: i32, row: &mut Vec<f64>) -> f64 {
         let growth = 2f64.powi(times);
-        let deep = m > DEEP && !self.deflated.is_stored();
+        let deep = m > DEEP.max(self.points() as u32 / 7) && !self.deflated.is_stored();
         let eigen = if deep && self.eigen.is_none() {
             self.deep.get_or_init(|| eigen_form(self.corner, &self.step)).as_ref()
         } else {
@@ -247,20 +286,16 @@ impl SpecialVertex {
 
     fn at_vertex(&self, count: usize) -> PointWeights {
         let mut out = PointWeights::default();
-        out.rows[0] = self.limit.clone();
-        if count > 1 {
-            let [du, dv] = self.tangents().directions.clone();
-            (out.rows[1], out.rows[2]) = (du, dv);
-        }
+        out.rows[0] = vec![0.0; self.points()];
+        out.rows[0][..self.limit.len()].copy_from_slice(&self.limit);
         for row in &mut out.rows[3..count.max(3)] {
             *row = vec![0.0; self.points()];
         }
-        let tangents = self.tangents();
-        out.at_vertex = Some(AtVertex {
-            derivatives: tangents.derivatives,
-            plane: tangents.plane.clone(),
-            unique_normal: tangents.unique_normal,
-        });
+        let tangent::Tangents { directions, derivatives, plane, unique_normal } = self.tangents().into_owned();
+        if count > 1 {
+            [out.rows[1], out.rows[2]] = directions;
+        }
+        out.at_vertex = Some(AtVertex { derivatives, plane, unique_normal });
         out
     }
 
@@ -270,20 +305,19 @@ impl SpecialVertex {
             Some(eigen) => eigen.storage_bytes(),
             None => self.deflated.bytes() + self.second.get().map_or(0, DeflatedPowers::bytes),
         };
-        // All faces at a dart share what the first one has.
-        let shared = if self.corner.i == 0 || self.corner.kind != Kind::Dart {
+        let shared = if self.is_first {
             let even = self.even.as_ref().and_then(|even| even.get());
-            self.step.ring_bytes() + even.map_or(0, EvenMode::bytes)
+            self.step.ring_bytes() + even.map_or(0, EvenMode::bytes) + size_of_val(&self.limit[..])
         } else {
             0
         };
-        self.step.bytes() + powers + size_of_val(&self.limit[..]) + shared + self.coefficients.bytes()
+        self.step.bytes() + powers + shared + self.coefficients.bytes()
     }
 }
 
 /// The eigenbasis where there is one.
 fn eigen_form(corner: Corner, step: &LocalStep) -> Option<EigenForm> {
-    if corner.split == SplitKind::Triangles {
+    if corner.split == SplitKind::Triangles || step.points > MOST_EIGEN {
         return None;
     }
     EigenForm::new(corner.kind, corner.n as usize, corner.i as usize, &step.dense(), step.ring)

@@ -13,26 +13,6 @@ pub(super) fn turned(split: SplitKind, u: f64, v: f64, turn: u8) -> (f64, f64) {
     }
 }
 
-/// The same for many at once.
-#[inline(always)]
-pub(super) fn turn_all<const W: usize>(split: SplitKind, u: &mut [f64; W], v: &mut [f64; W], turn: u8) {
-    macro_rules! each {
-        ($turned:ident, $turn:literal) => {
-            for k in 0..W {
-                (u[k], v[k]) = $turned(u[k], v[k], $turn);
-            }
-        };
-    }
-    match (split, turn) {
-        (_, 0) => {}
-        (SplitKind::Quads, 1) => each!(turned_quad, 1),
-        (SplitKind::Quads, 2) => each!(turned_quad, 2),
-        (SplitKind::Quads, _) => each!(turned_quad, 3),
-        (SplitKind::Triangles, 1) => each!(turned_triangle, 1),
-        (SplitKind::Triangles, _) => each!(turned_triangle, 2),
-    }
-}
-
 /// The control points of a bicubic patch in the order of the face's own parameters, from those in the order of parameters
 /// that are [`turned`].
 #[inline(always)]

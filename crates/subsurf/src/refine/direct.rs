@@ -24,12 +24,13 @@ use crate::real::Real;
 use crate::scheme::{Scheme, SplitKind};
 use crate::sharpness::decay;
 use crate::tags::Creasing;
+use crate::threads::is_alone;
 use crate::topology::{FaceOf, SharpnessColumn, Topology};
-use fans::Fans;
+use fans::{FanTables, Fans};
 use first_step::FirstStep;
 use layout::Layout;
 use rules::{Creases, RowGrid, rounded};
-use squares::{Rings, Squares, flags, is_early};
+use squares::{Frames, Squares, Tables, flags, has_fan, is_early, rings};
 use starts::Starts;
 
 /// Sixteen faces at this level take some hundred kilobytes. Deeper, more memory than the level itself has would be needed for fewer
@@ -49,7 +50,7 @@ pub(super) struct Direct {
 struct Deeper {
     depth: u32,
     flags: Vec<u8>,
-    rings: Rings,
+    frames: Frames,
     smooth: RowRule<f64>,
     creases: Creases,
     fans: Fans,
@@ -89,8 +90,7 @@ impl Direct {
 
     /// The level's values from those of the control mesh.
     pub fn refine<T: Real, const N: usize>(&self, t: &Topology, values: &[[T; N]], out: &mut [[T; N]]) {
-        // One entry into the thread pool for all steps.
-        rayon::scope(|_| match (&self.first, &self.deeper) {
+        let mut steps = || match (&self.first, &self.deeper) {
             (None, None) => {}
             (Some(first), None) => first.refine(t, values, out),
             (None, Some(deeper)) => deeper.refine(t, [values, &[]], out),
@@ -99,7 +99,14 @@ impl Direct {
                 first.refine(t, values, &mut level);
                 deeper.refine(t, [values, &level], out);
             }
-        });
+        };
+        // The first time, memory that the pool made the tables in serves for level 1 beside the last.
+        let is_elsewhere = self.first.is_some() && self.deeper.as_ref().is_some_and(|deeper| !deeper.frames.had_one());
+        if is_alone() && !is_elsewhere {
+            return steps();
+        }
+        // One entry into the thread pool for all steps.
+        rayon::scope(|_| steps());
     }
 
     /// Vertices and edges with rules of their own, in all steps together.
@@ -111,7 +118,7 @@ impl Direct {
     /// Heap memory in bytes of what grows with the control mesh.
     pub fn mesh_bytes(&self) -> usize {
         self.first.as_ref().map_or(0, FirstStep::bytes)
-            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.bytes() + deeper.flags.len() + deeper.rings.bytes())
+            + self.deeper.as_ref().map_or(0, |deeper| deeper.fans.bytes() + deeper.flags.len() + deeper.frames.bytes())
     }
 
     /// And of what grows with the depth.
@@ -163,15 +170,19 @@ impl Deeper {
         let regions = regions(Counts::of(t), SplitKind::Quads, depth);
         let has_others = !matches!(t.face, FaceOf::Quads);
         let (quad, corner) = (Layout::quad(&regions, depth), has_others.then(|| Layout::corner(&regions, depth)));
-        let rings = Rings::default();
-        Self { depth, flags, rings, smooth, creases, fans, has_fans, regions, quad, corner }
+        let frames = Frames::default();
+        Self { depth, flags, frames, smooth, creases, fans, has_fans, regions, quad, corner }
     }
 
     /// The last level from values of the control mesh, and of level 1 where some squares start there.
     fn refine<T: Real, const N: usize>(&self, t: &Topology, levels: [&[[T; N]]; 2], out: &mut [[T; N]]) {
-        let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, levels));
-        let rings = self.rings.get(t, |first| is_early(&self.flags, first));
-        write_by_faces(t, &self.regions, levels[0], out, || Squares::new(self, t, levels, fans.as_ref(), rings));
+        let tables = self.frames.tables(|| Tables {
+            rings: rings(t, |first| is_early(&self.flags, first)),
+            fans: self.has_fans.then(|| FanTables::new(t, &self.fans, |h| has_fan(&self.flags, h))),
+        });
+        let fan_tables = tables.and_then(|tables| tables.fans.as_ref());
+        let fans = self.has_fans.then(|| self.fans.refine(t, &self.creases, levels, fan_tables));
+        write_by_faces(t, &self.regions, levels[0], out, || Squares::new(self, t, levels, fans.as_ref(), tables));
         if let Some(fans) = &fans {
             self.fans.write(fans, out);
         }

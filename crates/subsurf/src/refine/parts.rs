@@ -4,6 +4,7 @@
 use super::numbering::{Owner, Region};
 use super::uniform::zeroed;
 use crate::real::Real;
+use crate::threads::is_alone;
 use crate::topology::Topology;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -89,8 +90,15 @@ pub(super) fn write_by_faces<T: Real, const N: usize, W: Writer<T, N>>(
         }
     }
 
-    let corners: Vec<Vec<(u32, [T; N])>> = tasks.into_par_iter().map_init(writer, Writer::write).collect();
-    corners.iter().flatten().for_each(|&(v, value)| vertices[v as usize] = value);
+    let mut put = |corners: Vec<(u32, [T; N])>| corners.iter().for_each(|&(v, value)| vertices[v as usize] = value);
+    if is_alone() {
+        // At once, from memory that is near.
+        let mut writer = writer();
+        tasks.into_iter().for_each(|task| put(writer.write(task)));
+    } else {
+        let corners: Vec<_> = tasks.into_par_iter().map_init(writer, Writer::write).collect();
+        corners.into_iter().for_each(put);
+    }
     if let Some(sorted) = sorted {
         let mut rank = vec![0u32; sorted.len()];
         sorted.iter().zip(0..).for_each(|(&(_, e), at)| rank[e as usize] = at);

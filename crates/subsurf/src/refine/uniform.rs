@@ -228,7 +228,7 @@ impl UniformRefinement {
     }
 
     /// The level's values from those of the control mesh, one row per vertex, in parallel. Sums are formed in `T`. The second
-    /// time, tables of 64 bytes a control face may be made that take a sixth off the time of all that follow.
+    /// time, tables of some 60 bytes a control face may be made that take a quarter off the time of all that follow.
     ///
     /// # Panics
     /// If `values` has not one row per vertex of the control mesh.

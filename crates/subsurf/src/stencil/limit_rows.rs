@@ -165,7 +165,7 @@ impl<W: Real> Maker<'_, W> {
         }
         let mut state = State::Smooth;
         if let Some(spot) = plan.spot(at.u, at.v, turn) {
-            plan.weights_in_piece(&spot, (at.u, at.v, turn), *parts, weights);
+            plan.weights_in_piece(&spot, *parts, weights);
         } else {
             let key = (number, turn, at.u.to_bits(), at.v.to_bits());
             let single = known.entry(key).or_insert_with(|| plan.weights(at.u, at.v, turn, *parts));

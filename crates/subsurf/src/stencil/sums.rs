@@ -12,16 +12,12 @@
 use super::csr::{CHUNK, Csr};
 use crate::kernel::{PART, Part, Parts, level, put_first, rounded};
 use crate::real::Real;
+use crate::threads::is_alone;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// Values that one task copies, at least.
 const COPIED: usize = 16 << 10;
-
-/// True where a pool's only thread would do what the caller can: to hand a table of 25,000 rows over takes as long as to apply it.
-fn is_alone() -> bool {
-    rayon::current_num_threads() == 1
-}
 
 /// A part of all values, components from number `first` on.
 pub(super) fn padded<T: Real, P: Real, const N: usize>(values: &[[T; N]], first: usize) -> Vec<Part<P>> {

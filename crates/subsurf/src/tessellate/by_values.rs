@@ -7,6 +7,11 @@ use crate::kernel::{LANES, Samples, unit_normals_of};
 use crate::limit::plan::{GridMaker, GridScratch, GridValues};
 use crate::real::{Real, round};
 
+/// What part of the extent of a face's control points counts beside its derivatives where many faces meet: there faces are thin, and
+/// by itself a sample would be evaluated the same way. Larger: all control points refined again for thin faces, at poles of 300 faces
+/// and more; smaller: at 1e-9, normals from derivatives that are rounding.
+const AT_POLES: f64 = 1e-3;
+
 /// Memory that is used again.
 #[derive(Default)]
 pub(super) struct ValueMemory {
@@ -44,6 +49,9 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         if !self.sampler.with_normals() {
             return false;
         }
+        let table = self.sampler.layout().table;
+        let is_wide = table.patch_plan(patch).is_some_and(|plan| table.plan(plan).is_wide());
+        let extent = if is_wide { AT_POLES * extent } else { extent };
         let mut any = 0;
         for (b, ([du, dv], normals)) in derivatives.iter().zip(normals.chunks_mut(LANES)).enumerate() {
             let mut unit = [[0.0; 3]; LANES];

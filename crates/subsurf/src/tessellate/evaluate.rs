@@ -9,7 +9,7 @@ use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
 use crate::index::{Face, HalfEdge};
 use crate::kernel::{LANES, Ring, Samples, level};
-use crate::limit::Location;
+use crate::limit::{LastPole, Location};
 use crate::real::{Real, round};
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
@@ -302,10 +302,11 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         normals: &mut [[T; 3]],
         unsure: &[u32],
     ) {
+        let mut last = LastPole::default();
         for s in (0..samples.len()).filter(|&s| samples.uses(s / LANES, parts)) {
             if unsure[s / LANES] >> (s % LANES) & 1 != 0 {
                 let [u, v] = samples.uv_in_face(s, turn);
-                normals[s] = round(self.sampler.single(Location { face, subface, u, v }).1);
+                normals[s] = round(self.sampler.single_after(Location { face, subface, u, v }, &mut last).1);
             }
         }
     }

@@ -10,7 +10,7 @@ use super::selection::{Selection, Selections};
 use crate::index::Face;
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
-use crate::limit::plan::{GridMaker, GridScratch};
+use crate::limit::plan::{GridMaker, GridScratch, MOST_RING};
 use crate::real::Real;
 use crate::topology::NONE;
 use rayon::prelude::*;
@@ -26,6 +26,18 @@ const ALL_PATTERN_BYTES: usize = 512 << 20;
 /// and to read, than the face takes without; smaller: more faces that are evaluated that way.
 const MOST_BYTES_PER_FACE: usize = 256 << 10;
 
+/// Largest memory for a pattern at vertices of many faces, where rings have more than [`MOST_RING`] points, if many faces share its
+/// plan. Larger: weights that leave the cache from face to face; smaller: faces of smooth poles that take up to ten times as long
+/// at low rates, each by values.
+const WIDE_BYTES: usize = 6 << 20;
+
+/// The same by the faces that share the plan, if these are few. Larger: memory, since in a sector every face has its own plan;
+/// smaller: frames of sectors of a hundred faces at low rates that take two to three times as long.
+const WIDE_BYTES_PER_FACE: usize = 64 << 10;
+
+/// Faces that are many there.
+const WIDE_FACES: u32 = 64;
+
 /// How often patterns are used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Frames {
@@ -39,6 +51,14 @@ impl Frames {
     fn some_faces(self) -> u32 {
         match self {
             Self::One => 8,
+            Self::Many => 1,
+        }
+    }
+
+    /// The same at vertices of many faces.
+    fn some_wide_faces(self) -> u32 {
+        match self {
+            Self::One => WIDE_FACES,
             Self::Many => 1,
         }
     }
@@ -210,7 +230,12 @@ fn fits(table: &PatchTable, list: &[Wanted], users: &[u32], most: [usize; 2], by
         let bytes = samples * table.plan(plan).ring() * bytes_each;
         // As many as there can be ways to lie that many faces have.
         let ways = 1 + (users[plan] / Frames::Many.many_faces()).min(15) as usize;
-        let is_small = bytes <= most_each.min(MOST_BYTES_PER_FACE.saturating_mul(users[plan] as usize));
+        let (most_each, most_by_face) = match (table.plan(plan).ring() > MOST_RING, users[plan] >= WIDE_FACES) {
+            (false, _) => (most_each, MOST_BYTES_PER_FACE),
+            (true, true) => (most_each.min(WIDE_BYTES), MOST_BYTES_PER_FACE),
+            (true, false) => (most_each, WIDE_BYTES_PER_FACE),
+        };
+        let is_small = bytes <= most_each.min(most_by_face.saturating_mul(users[plan] as usize));
         let fits = is_small && total + ways * bytes <= most_in_all;
         total += if fits { ways * bytes } else { 0 };
         fits
@@ -302,7 +327,8 @@ fn wanted(layout: &Layout<'_>, sides: Option<&Sides>, users: &[u32], frames: Fra
         let cells = layout.cells[usize::from(subfaces > 1)];
         for patch in table.patch(face, 0)..table.patch(face, 0) + subfaces as usize {
             let Some(plan) = table.patch_plan(patch) else { continue };
-            if users[plan] < frames.some_faces() {
+            let is_wide = table.plan(plan).ring() > MOST_RING;
+            if users[plan] < if is_wide { frames.some_wide_faces() } else { frames.some_faces() } {
                 continue;
             }
             let own = way(face, patch).and_then(|(plan, way)| ways.slot(plan, way)).filter(|slot| slot.faces >= least);

@@ -5,7 +5,7 @@ use super::evaluate::Evaluator;
 use super::grid::{GridSamples, Parts};
 use crate::index::Face;
 use crate::kernel::{LANES, unit_normals_of};
-use crate::limit::{LimitPatch, Location};
+use crate::limit::{LastPole, LimitPatch, Location};
 use crate::real::{Real, round};
 
 /// Samples at a time.
@@ -25,6 +25,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         let patch = surface.table().patch(face, subface);
         let turn = surface.table().turn(patch);
         let mut limit = surface.patch(face, subface).expect("holes have no samples");
+        let mut last = LastPole::default();
         let wanted: Vec<usize> = (0..samples.len()).filter(|s| samples.uses(s / LANES, parts)).collect();
         for wanted in wanted.chunks(SOME) {
             let places: Vec<[f64; 2]> = wanted.iter().map(|&s| samples.uv_in_face(s, turn)).collect();
@@ -38,7 +39,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
                 points[wanted[k]] = point;
                 normals[wanted[k]] = unit.unwrap_or_else(|| {
                     let [u, v] = places[k];
-                    round(self.sampler.single(Location { face, subface, u, v }).1)
+                    round(self.sampler.single_after(Location { face, subface, u, v }, &mut last).1)
                 });
             });
         }

@@ -8,7 +8,7 @@ use super::layout::PatchRates;
 use super::patch_grid::on_side;
 use super::{FINEST, Rates, TessellateError, facets};
 use crate::index::{Face, HalfEdge};
-use crate::limit::{LimitSurface, Location, PatchTable};
+use crate::limit::{LastPole, LimitSurface, Location, PatchTable};
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use crate::topology::NONE;
@@ -179,9 +179,10 @@ fn check_edges(table: &PatchTable, edge: &[u32], most_points: u64) -> Result<(),
 /// True where an edge in `n` pieces keeps the goal.
 fn edge_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, h: HalfEdge, n: u32) -> bool {
     let p = goal.pieces(n);
+    let mut last = LastPole::default();
     let at = |k: u32| {
         let s = f64::from(k) / f64::from(p * n);
-        surface.position(along_edge(surface.table(), h, s)).expect("owners are no holes")
+        surface.position_after(along_edge(surface.table(), h, s), &mut last).expect("owners are no holes")
     };
     let points: Vec<Point> = (0..=p * n).map(at).collect();
     let p = p as usize;
@@ -278,10 +279,11 @@ fn uneven_meets<T: Real>(
 /// True where a quad patch in `nu × nv` facets keeps the goal.
 fn quad_meets<T: Real>(surface: &LimitSurface<'_, T, 3>, goal: Goal, patch: Location, [nu, nv]: [u32; 2]) -> bool {
     let [pu, pv] = [nu, nv].map(|n| goal.pieces(n));
-    let row = |j: u32| -> Vec<Point> {
+    let mut last = LastPole::default();
+    let mut row = |j: u32| -> Vec<Point> {
         let v = f64::from(j) / f64::from(pv * nv);
         let at = |i: u32| Location { u: f64::from(i) / f64::from(pu * nu), v, ..patch };
-        (0..=pu * nu).map(|i| surface.position(at(i)).expect("holes have no rates")).collect()
+        (0..=pu * nu).map(|i| surface.position_after(at(i), &mut last).expect("holes have no rates")).collect()
     };
     let mut first = row(0);
     for j in 0..nv {

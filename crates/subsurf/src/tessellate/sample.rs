@@ -5,7 +5,7 @@ use super::layout::Layout;
 use super::normals::{Sides, Source};
 use super::patch_grid::PatchGrid;
 use crate::index::{Face, HalfEdge};
-use crate::limit::{Jet, LimitSurface, Location, cubic, unit_normal};
+use crate::limit::{Jet, LastPole, LimitSurface, Location, cubic, unit_normal};
 use crate::real::{Real, round};
 use rayon::prelude::*;
 
@@ -52,14 +52,14 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
 
     /// Points and normals of all control vertices.
     pub fn vertices(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
-        let evaluate = |h: u32| self.single(self.layout.corner_location(HalfEdge(h)));
+        let evaluate = |h: u32, last: &mut LastPole| self.single_after(self.layout.corner_location(HalfEdge(h)), last);
         self.fill(&self.layout.vertex_owner, points, normals, evaluate);
     }
 
     /// Points and normals inside all control edges.
     pub fn edges(&self, points: &mut [[T; N]], normals: &mut [[T; 3]]) {
         let (layout, samples) = (self.layout, self.layout.edge_samples());
-        self.fill(&samples, points, normals, |(h, k)| self.single(layout.edge_location(h, k)));
+        self.fill(&samples, points, normals, |(h, k), last| self.single_after(layout.edge_location(h, k), last));
     }
 
     /// Normals of the further sides of creases.
@@ -78,15 +78,16 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
         samples: &[S],
         points: &mut [[T; N]],
         normals: &mut [[T; 3]],
-        evaluate: impl Fn(S) -> Sample<N> + Sync,
+        evaluate: impl Fn(S, &mut LastPole) -> Sample<N> + Sync,
     ) {
         if self.normals.is_some() {
-            points.par_iter_mut().zip(normals).zip(samples).for_each(|((p, n), &s)| {
-                let (position, normal) = evaluate(s);
+            points.par_iter_mut().zip(normals).zip(samples).for_each_init(LastPole::default, |last, ((p, n), &s)| {
+                let (position, normal) = evaluate(s, last);
                 (*p, *n) = (round(position), round(normal));
             });
         } else {
-            points.par_iter_mut().zip(samples).for_each(|(p, &s)| *p = round(evaluate(s).0));
+            let samples = points.par_iter_mut().zip(samples);
+            samples.for_each_init(LastPole::default, |last, (p, &s)| *p = round(evaluate(s, last).0));
         }
     }
 
@@ -97,11 +98,16 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
 
     /// One sample by itself.
     pub fn single(&self, at: Location) -> Sample<N> {
+        self.single_after(at, &mut LastPole::default())
+    }
+
+    /// The same with what the sample before left.
+    pub fn single_after(&self, at: Location, last: &mut LastPole) -> Sample<N> {
         let outside = "holes have no samples";
         let Some(normal) = &self.normals else {
-            return (self.surface.position(at).expect(outside), [0.0; 3]);
+            return (self.surface.position_after(at, last).expect(outside), [0.0; 3]);
         };
-        let jet = self.surface.eval(at).expect(outside);
+        let jet = self.surface.eval_after(at, last).expect(outside);
         let near = || (normal.tangents)(jet.du, jet.dv).unwrap_or_else(|| self.normal_nearby(normal, at));
         (jet.position, (normal.jet)(&jet).unwrap_or_else(near))
     }
@@ -176,9 +182,10 @@ impl<'a, T: Real, const N: usize> Sampler<'a, T, N> {
             }
             return self.bicubic(&turned_grid(control, turn), base, grid.cells, out);
         }
+        let mut last = LastPole::default();
         for (i, j) in grid.interior() {
             let [u, v] = grid.uv(i, j);
-            out.push(self.single(Location { face, subface, u, v }));
+            out.push(self.single_after(Location { face, subface, u, v }, &mut last));
         }
     }
 

@@ -108,9 +108,18 @@ struct Copies {
     free: Vec<Box<FanMesh>>,
 }
 
+/// Most faces of an open fan whose mesh is kept. Larger: memory, since `n` faces at a vertex see `n` shapes of `n` faces each;
+/// smaller: meshes made anew for every pattern of sharpness.
+const MOST_OPEN: u32 = 32;
+
 impl FanMeshes {
     /// Calls `f` with the mesh of a fan.
     pub fn with<R>(&self, fan: &CornerFan, f: impl FnOnce(&FanMesh) -> R) -> R {
+        if !fan.shape.is_closed && fan.shape.faces > MOST_OPEN {
+            let mut mesh = FanMesh::new(fan.shape);
+            mesh.set(fan);
+            return f(&mesh);
+        }
         let all = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let copy = |copies: &mut Copies| copies.free.pop().unwrap_or_else(|| Box::new(copies.original.clone()));
         let known = all().get_mut(&fan.shape).map(copy);

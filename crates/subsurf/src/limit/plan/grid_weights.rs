@@ -9,8 +9,8 @@
 //! surface ([`values`]): a few numbers where weights are dozens, and nothing is left to be multiplied.
 //!
 //! Derivatives stay in the parameters of the leaf where they were made; how these lie in the face comes down with the
-//! points. Rings of more than [`MOST_RING`] points, linear leaves, semi-sharp creases under Loop and ends on boundaries
-//! that are kept linear go through [`Plan::weights`], point by point.
+//! points. Weights over rings of more than [`MOST_RING`] points, linear leaves, semi-sharp creases under Loop and ends on
+//! boundaries that are kept linear go through [`Plan::weights`], point by point.
 
 mod dense;
 mod region;
@@ -22,8 +22,9 @@ use super::sub_patches::Pose;
 use super::{Body, Leaf, LeafShape, Link, Plan, Plans, Split};
 use crate::kernel::{SurfaceMatrix, vectorized};
 use crate::limit::bspline::cubic;
+use crate::limit::pole::{JetRows, PoleValues, is_pole};
 use crate::limit::single_crease;
-use crate::limit::special::PointWeights;
+use crate::limit::special::{PointWeights, SpecialVertex};
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use dense::{Control, Target, WIDTH, Weights, add, combine, product, refine, run_of};
@@ -32,8 +33,9 @@ pub(crate) use region::GridPoints;
 use region::{Crossings, Region, Sample};
 pub(crate) use values::GridValues;
 
-/// Largest ring whose rows are dense, of 128 KiB. Larger: memory, and time for rows of zeros; smaller: more plans point by point.
-const MOST_RING: usize = 128;
+/// Largest ring whose rows of weights are dense, of 128 KiB. Larger: memory, and time for rows of zeros; smaller: more plans point
+/// by point.
+pub(crate) const MOST_RING: usize = 128;
 
 /// Goes down plans with the points of a grid: for position, and for `∂u`, `∂v` where three are wanted. At special vertices
 /// derivatives are vectors that span the tangent plane, zeros where there is none.
@@ -217,7 +219,12 @@ impl<'a> GridMaker<'a> {
             (LeafShape::Regular, SplitKind::Quads) => (0, None, None),
             (LeafShape::Regular, SplitKind::Triangles) => (0, None, Some(self.bases.of(None))),
             (LeafShape::SingleCrease { turn, sharpness }, _) => (*turn, Some(sharpness + f64::from(link.raise)), None),
+            (LeafShape::Special { turn, vertex }, _) if is_pole(vertex) => (*turn, None, None),
             (LeafShape::Special { turn, vertex }, _) => (*turn, None, Some(self.bases.of(Some(vertex)))),
+        };
+        let pole = match &leaf.shape {
+            LeafShape::Special { vertex, .. } if is_pole(vertex) => Some(&**vertex),
+            _ => None,
         };
         let mut matrix = scratch.matrices.pop().unwrap_or_default();
         let mut list = scratch.lists.pop().unwrap_or_default();
@@ -233,15 +240,16 @@ impl<'a> GridMaker<'a> {
         };
         let jacobian = product(control.jacobian, Pose { turn, speed: [1.0; 2] }.jacobian(self.grid.split));
         let own = Control { matrix: &matrix, some: None, jacobian, depth: control.depth };
-        match (basis, turned) {
-            (None, Region::Crossings(samples)) => {
+        match (pole, basis, turned) {
+            (Some(vertex), ..) => self.at_pole(vertex, own, turned, target),
+            (None, None, Region::Crossings(samples)) => {
                 let curve = |j: u32| match sharpness {
                     Some(sharpness) => single_crease::curve(1.0 - f64::from(j) / f64::from(self.grid.cells), sharpness),
                     None => self.cubic[j as usize],
                 };
                 self.by_curves(curve, own, samples, target);
             }
-            (basis, _) => {
+            (None, basis, _) => {
                 let basis = basis.expect("patches over triangles are no products");
                 self.by_point(&basis, own, turned, target);
             }
@@ -316,6 +324,37 @@ impl<'a> GridMaker<'a> {
                 );
             },
         );
+    }
+
+    /// Samples at a vertex of many faces.
+    fn at_pole<const W: usize>(
+        &self,
+        vertex: &SpecialVertex,
+        control: Control<'_, W>,
+        samples: Region<'_>,
+        target: &mut impl Target<W>,
+    ) {
+        let chunks = target.chunks();
+        let mut values = PoleValues::new(vertex, control.matrix, chunks);
+        let mut jet = JetRows::default();
+        let none = vec![[0.0; W]; chunks];
+        samples.each(|sample| {
+            let at = self.grid.uv(sample.at);
+            if !values.jet(vertex, at, self.count, &mut jet) {
+                jet[0] = values.limit().to_vec();
+                if self.count > 1 {
+                    let plane = vertex.weights(0.0, 0.0, self.count).at_vertex.and_then(|at| at.plane);
+                    [jet[1], jet[2]] = match plane {
+                        Some(plane) => plane.map(|weights| values.difference(&weights)),
+                        None => [none.clone(), none.clone()],
+                    };
+                }
+            }
+            for chunk in 0..chunks {
+                let row = |k: usize| [if k < self.count { jet[k][chunk] } else { [0.0; W] }];
+                target.put(&[row(0), row(1), row(2)], chunk, sample.number, control.jacobian, self.count);
+            }
+        });
     }
 
     /// Samples of a node one by one.

@@ -11,14 +11,14 @@ use crate::scheme::SplitKind;
 use fearless_simd::{Simd, dispatch};
 
 impl<'a> Plan<'a> {
-    /// Weights over the ring at a spot, which is that of `at`, for the first `count` entries of
+    /// Weights over the ring at a spot, for the first `count` entries of
     /// [`ORDERS`](crate::limit::bspline::ORDERS) (1, 3 or 6), one row after the other: those of [`weights`](Self::weights) to
     /// rounding, at a fraction of the cost.
-    pub fn weights_in_piece(self, spot: &Spot<'a>, at: (f64, f64, u8), count: usize, out: &mut Vec<f64>) {
+    pub fn weights_in_piece(self, spot: &Spot<'a>, count: usize, out: &mut Vec<f64>) {
         let ring = self.ring();
         out.clear();
         out.resize(count * ring, 0.0);
-        self.with_piece(spot, at, |matrix: &SubPatch<f64>| match matrix {
+        self.with_piece(spot, |matrix: &SubPatch<f64>| match matrix {
             SubPatch::Weighted(blocks) => {
                 let basis = self.basis(spot, count);
                 dispatch!(level(), simd => simd.vectorize(
@@ -110,7 +110,7 @@ mod tests {
             let plan = table.plan(plan);
             for [u, v] in places(scheme) {
                 let Some(spot) = plan.spot(u, v, 0) else { continue };
-                plan.weights_in_piece(&spot, (u, v, 0), 6, &mut alone);
+                plan.weights_in_piece(&spot, 6, &mut alone);
                 let single = plan.weights(u, v, 0, 6);
                 for (order, row) in alone.chunks_exact(plan.ring()).enumerate() {
                     let size = single.rows[order].iter().fold(1.0, |m: f64, w| m.max(w.abs()));

@@ -2,7 +2,8 @@
 //!
 //! The pieces of a plan are the leaves of its patch tree: a regular leaf is one, a leaf along a semi-sharp crease has
 //! three, one at a special vertex has three for every depth. A piece's coefficients are a small dense matrix times the
-//! face's ring, the same for all faces of the plan. Matrices are made when a location first needs them and kept up to
+//! face's ring, the same for all faces of the plan. Which piece a place lies in is looked up in a grid of `cells`; what that leaves
+//! open is found in the tree. Matrices are made when a location first needs them and kept up to
 //! [`MOST_BYTES`] in all, beyond that made anew each time: what is computed does not depend on what is kept.
 //!
 //! Under Catmull-Clark a piece has the sixteen coefficients of [`powers`](super::super::powers), or the points of its ring that
@@ -11,8 +12,10 @@
 //! [`DEEPEST_PIECE`] (one random location in 4^8), linear leaves, semi-sharp creases under Loop, what ends on a boundary that is kept
 //! linear, and rings of more than [`MOST_POINTS`] points.
 
+mod cells;
 mod matrix;
 
+pub(crate) use cells::{Cells, PieceMap};
 pub(crate) use matrix::KeptCoefficients;
 
 use super::{Body, Leaf, LeafShape, Link, Place, Plan, Plans, corners};
@@ -21,7 +24,6 @@ use crate::limit::box_spline::CENTRE;
 use crate::limit::powers::MIDDLE;
 use crate::limit::single_crease;
 use crate::limit::special::SpecialVertex;
-use crate::limit::turn::turn_all;
 use crate::real::Real;
 use crate::scheme::SplitKind;
 use std::any::Any;
@@ -67,6 +69,10 @@ pub(crate) struct Spot<'a> {
     pub t: f64,
     /// How the piece's parameters lie in the face.
     pub pose: Pose,
+    /// From where to where the piece goes in `t`; in `s` it goes all the way.
+    across: [f64; 2],
+    /// A place that the tree says is in the piece, and the face's turn there.
+    inside: ([f64; 2], u8),
 }
 
 /// How the parameters of a piece lie in the face: turned by so many corners, then so many times as fast.
@@ -84,18 +90,24 @@ impl Pose {
     }
 
     /// `∂s/∂u ∂t/∂u` and `∂s/∂v ∂t/∂v`.
+    #[inline(always)]
     pub fn jacobian(self, split: SplitKind) -> [[f64; 2]; 2] {
+        // (a, b) = (u, v), (v, 1 - u), (1 - u, 1 - v), (1 - v, u).
+        static QUADS: [[[f64; 2]; 2]; 4] = [
+            [[1.0, 0.0], [0.0, 1.0]],
+            [[0.0, -1.0], [1.0, 0.0]],
+            [[-1.0, 0.0], [0.0, -1.0]],
+            [[0.0, 1.0], [-1.0, 0.0]],
+        ];
+        // (a, b) = (u, v), (v, 1 - u - v), (1 - u - v, u).
+        static TRIANGLES: [[[f64; 2]; 2]; 3] =
+            [[[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, -1.0]], [[-1.0, 1.0], [-1.0, 0.0]]];
+        let [u, v] = match split {
+            SplitKind::Quads => QUADS[usize::from(self.turn & 3)],
+            SplitKind::Triangles => TRIANGLES[usize::from(self.turn)],
+        };
         let [p, q] = self.speed;
-        match (split, self.turn) {
-            (_, 0) => [[p, 0.0], [0.0, q]],
-            // (a, b) = (v, 1 - u), (1 - u, 1 - v), (1 - v, u).
-            (SplitKind::Quads, 1) => [[0.0, -q], [p, 0.0]],
-            (SplitKind::Quads, 2) => [[-p, 0.0], [0.0, -q]],
-            (SplitKind::Quads, _) => [[0.0, q], [-p, 0.0]],
-            // (a, b) = (v, 1 - u - v), (1 - u - v, u).
-            (SplitKind::Triangles, 1) => [[0.0, -q], [p, -q]],
-            (SplitKind::Triangles, _) => [[-p, q], [-p, 0.0]],
-        }
+        [[p * u[0], q * u[1]], [p * v[0], q * v[1]]]
     }
 
     /// Second derivatives in the face's parameters, as combinations of those in the piece's: `ss`, `st`, `tt`.
@@ -103,27 +115,6 @@ impl Pose {
         let [u, v] = self.jacobian(split);
         let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c, a * d + b * c, b * d];
         [product(u, u), product(u, v), product(v, v)]
-    }
-}
-
-/// Where many places of a face lie that is one leaf at a special vertex.
-pub(crate) struct SpotsAtVertex<'a, const W: usize> {
-    pieces: &'a Pieces,
-    turn: u8,
-    /// Numbers of the slots; too large where there is no piece.
-    number: [u32; W],
-    s: [f64; W],
-    t: [f64; W],
-}
-
-impl<'a, const W: usize> SpotsAtVertex<'a, W> {
-    /// Where place `k` lies; none where there is no piece.
-    #[inline(always)]
-    pub fn get(&self, k: usize) -> Option<Spot<'a>> {
-        let number = self.number[k];
-        let slot = self.pieces.slots.get(number as usize)?;
-        let pose = Pose { turn: self.turn, speed: [f64::from(2u32 << (number / 3)); 2] };
-        Some(Spot { slot, number: self.pieces.first + number, s: self.s[k] - MIDDLE, t: self.t[k] - MIDDLE, pose })
     }
 }
 
@@ -146,16 +137,6 @@ impl Spot<'_> {
     #[inline]
     pub fn piece(&self) -> u32 {
         self.number
-    }
-
-    /// Parameters of a piece that covers its face, from those of the face.
-    #[inline(always)]
-    pub fn whole<const W: usize>(&self, split: SplitKind, u: &mut [f64; W], v: &mut [f64; W]) {
-        turn_all(split, u, v, self.pose.turn);
-        let centre = centre(split);
-        for k in 0..W {
-            (u[k], v[k]) = (u[k] - centre, v[k] - centre);
-        }
     }
 }
 
@@ -182,6 +163,11 @@ impl SubPatches {
         self.bytes.load(Relaxed)
     }
 
+    /// Bytes of what tells pieces apart, patch trees and cells, with room for their matrices.
+    pub fn search_bytes(&self) -> usize {
+        self.trees.capacity() * size_of::<Root>() + self.trees.iter().map(Root::bytes).sum::<usize>()
+    }
+
     /// How many matrices were made so far.
     pub fn made(&self) -> usize {
         self.made.load(Relaxed)
@@ -193,11 +179,19 @@ impl SubPatches {
     }
 }
 
-/// The patch tree of a plan, and how many pieces it has so far.
+/// The patch tree of a plan, its cells, and how many pieces it has so far.
 #[derive(Default)]
 struct Root {
     tree: OnceLock<Tree>,
+    cells: OnceLock<Option<Cells>>,
     pieces: AtomicU32,
+}
+
+impl Root {
+    /// Heap memory in bytes, matrices left out.
+    fn bytes(&self) -> usize {
+        self.tree.get().map_or(0, Tree::bytes) + self.cells.get().and_then(Option::as_ref).map_or(0, Cells::bytes)
+    }
 }
 
 /// Part of a patch tree.
@@ -251,6 +245,18 @@ impl Tree {
             }
         }
     }
+
+    /// Heap memory in bytes, matrices left out.
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Closed => 0,
+            Self::Leaf(pieces) => size_of_val(&pieces.slots[..]),
+            Self::Branch(Branch { links, children, .. }) => {
+                let below = children.iter().filter_map(OnceLock::get).map(Self::bytes);
+                size_of_val(&links[..]) + size_of_val(&children[..]) + below.sum::<usize>()
+            }
+        }
+    }
 }
 
 impl Pieces {
@@ -276,8 +282,9 @@ impl Pieces {
     }
 
     #[inline]
-    fn spot(&self, split: SplitKind, at: Place) -> Option<Spot<'_>> {
+    fn spot(&self, split: SplitKind, at: Place, inside: ([f64; 2], u8)) -> Option<Spot<'_>> {
         let total = |leaf_turn: u8| wrapped(at.turn + leaf_turn, split);
+        let mut across = [0.0, 1.0];
         let (number, turn, s, t, speed) = match &self.kind {
             Kind::Whole => {
                 let (a, b) = at.turned(split, at.turn);
@@ -289,6 +296,8 @@ impl Pieces {
                 // The distance from the crease, exact next to it.
                 let (_, distance) = at.turned(split, (turn + 2) % 4);
                 let number = usize::from(distance < joints[0]) + usize::from(distance < joints[1]);
+                let [near, far] = [[joints[0], 1.0], [joints[1], joints[0]], [0.0, joints[1]]][number];
+                across = [1.0 - speed[number] * far, 1.0 - speed[number] * near];
                 (number, turn, a, 1.0 - speed[number] * distance, [at.speed, at.speed * speed[number]])
             }
             Kind::Special { turn, vertex } => {
@@ -301,26 +310,10 @@ impl Pieces {
         };
         let centre = centre(split);
         let pose = Pose { turn, speed };
-        Some(Spot { slot: &self.slots[number], number: self.first + number as u32, s: s - centre, t: t - centre, pose })
+        let (slot, number) = (&self.slots[number], self.first + number as u32);
+        let across = [across[0] - centre, across[1] - centre];
+        Some(Spot { slot, number, s: s - centre, t: t - centre, pose, across, inside })
     }
-}
-
-/// What [`SpecialVertex::child`] says of a place in a quad, in numbers alone: three times the depth, and the child there;
-/// something larger than any where there is no piece.
-#[inline(always)]
-fn quad_child(a: f64, b: f64) -> (u32, f64, f64) {
-    let big = if a > b { a } else { b };
-    // The depth is what is missing in the exponent; 0 for 1.
-    let missing = 1022 - (big.to_bits() >> 52) as i64;
-    let depth = if missing > 0 { missing } else { 0 };
-    let is_deep = (depth > i64::from(DEEPEST_PIECE)) | (big <= 0.0);
-    let depth = if is_deep { 0 } else { depth };
-    let power = f64::from_bits(((1023 + depth) as u64) << 52);
-    let (a, b) = (a * power, b * power);
-    let (in_a, in_b) = (if a >= 0.5 { 1.0 } else { 0.0 }, if b >= 0.5 { 1.0 } else { 0.0 });
-    let index = if a >= 0.5 { if b >= 0.5 { 1 } else { 0 } } else { 2 };
-    let number = if is_deep { u32::MAX } else { 3 * depth as u32 + index };
-    (number, 2.0 * a - in_a, 2.0 * b - in_b)
 }
 
 /// Where the parameters of a piece are zero.
@@ -339,8 +332,13 @@ fn wrapped(turn: u8, split: SplitKind) -> u8 {
 }
 
 impl<'a> Plan<'a> {
+    /// True where the ring is too large for matrices.
+    pub fn is_wide(self) -> bool {
+        self.ring() > MOST_POINTS
+    }
+
     fn tree(self) -> (&'a Tree, &'a AtomicU32) {
-        let Root { tree, pieces } = &self.plans.parts.trees[self.number];
+        let Root { tree, pieces, .. } = &self.plans.parts.trees[self.number];
         let new = || match self.ring() {
             0..=MOST_POINTS => Tree::new(self.plans, self.start, 0, pieces),
             _ => Tree::Closed,
@@ -352,17 +350,36 @@ impl<'a> Plan<'a> {
     /// at special vertices, and where [`Plan::weights`] is the only way.
     #[inline]
     pub fn spot(self, u: f64, v: f64, turn: u8) -> Option<Spot<'a>> {
+        let cells = self.cells();
+        if let Some(cells) = cells {
+            let [piece] = cells.find(&[u], &[v], turn);
+            if let Some(piece) = cells.piece(piece) {
+                return Some(piece.spot([u, v], turn));
+            }
+        }
+        let mut spot = self.spot_in_tree(u, v, turn).0?;
+        if let Some(piece) = cells.and_then(|cells| cells.piece_in_tree(spot.number)) {
+            spot.slot = &piece.slot;
+        }
+        Some(spot)
+    }
+
+    /// The same by the patch tree alone; and true where the way down may end at a corner.
+    pub fn spot_in_tree(self, u: f64, v: f64, turn: u8) -> (Option<Spot<'a>>, bool) {
         let split = self.plans.split;
+        let inside = ([u, v], turn);
         let mut at = Place { u, v, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
         let (mut tree, pieces) = self.tree();
+        let mut has_ends = false;
         loop {
             let branch = match tree {
-                Tree::Closed => return None,
-                Tree::Leaf(pieces) => return pieces.spot(split, at),
+                Tree::Closed => return (None, has_ends),
+                Tree::Leaf(pieces) => return (pieces.spot(split, at, inside), has_ends),
                 Tree::Branch(branch) => branch,
             };
+            has_ends |= branch.has_ends;
             if branch.has_ends && [at.u, at.v].iter().all(|&x| x == 0.0 || x == 1.0) {
-                return None;
+                return (None, has_ends);
             }
             let mut child = 0;
             if branch.children.len() > 1 {
@@ -374,52 +391,22 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// What [`spot`](Self::spot) says of many places at once, if the face is one leaf at a special vertex: without a branch.
-    #[inline(always)]
-    pub fn spots_at_vertex<const W: usize>(self, u: &[f64; W], v: &[f64; W], turn: u8) -> Option<SpotsAtVertex<'a, W>> {
-        let split = self.plans.split;
-        let Tree::Leaf(pieces @ Pieces { kind: Kind::Special { turn: own, .. }, .. }) = self.tree().0 else {
-            return None;
-        };
-        if split != SplitKind::Quads {
-            return None;
-        }
-        let turn = wrapped(turn + own, split);
-        let (mut a, mut b) = (*u, *v);
-        turn_all(split, &mut a, &mut b, turn);
-        let mut spots = SpotsAtVertex { pieces, turn, number: [0; W], s: a, t: b };
-        for k in 0..W {
-            let (number, s, t) = quad_child(a[k], b[k]);
-            spots.number[k] = number;
-            (spots.s[k], spots.t[k]) = (s, t);
-        }
-        Some(spots)
-    }
-
-    /// The piece that covers the face, if one does: any place of it.
+    /// A place in the piece that covers the face, if one does.
     #[inline]
     pub fn whole_spot(self, turn: u8) -> Option<Spot<'a>> {
         match self.tree().0 {
-            Tree::Leaf(pieces @ Pieces { kind: Kind::Whole, .. }) => {
-                let at = Place { u: 0.5, v: 0.25, turn, depth: 0, raise: self.start.raise, speed: 1.0 };
-                pieces.spot(self.plans.split, at)
-            }
+            Tree::Leaf(Pieces { kind: Kind::Whole, .. }) => self.spot(0.5, 0.25, turn),
             _ => None,
         }
     }
 
-    /// Calls `f` with the matrices of the piece at a spot, which is that of `(u, v)` and `turn`.
+    /// Calls `f` with the matrix of the piece at a spot.
     #[inline]
-    pub fn with_piece<T: Real, R>(
-        self,
-        spot: &Spot<'a>,
-        (u, v, turn): (f64, f64, u8),
-        f: impl FnOnce(&SubPatch<T>) -> R,
-    ) -> R {
+    pub fn with_piece<T: Real, R>(self, spot: &Spot<'a>, f: impl FnOnce(&SubPatch<T>) -> R) -> R {
         let slot = spot.slot.of::<T>();
         match slot.get() {
             Some(made) => f(made),
-            None => self.with_new_piece(slot, (u, v, turn), f),
+            None => self.with_new_piece(slot, spot.inside, f),
         }
     }
 
@@ -427,7 +414,7 @@ impl<'a> Plan<'a> {
     fn with_new_piece<T: Real, R>(
         self,
         slot: &OnceLock<SubPatch<T>>,
-        (u, v, turn): (f64, f64, u8),
+        ([u, v], turn): ([f64; 2], u8),
         f: impl FnOnce(&SubPatch<T>) -> R,
     ) -> R {
         let made = self.piece::<T>(u, v, turn);
@@ -446,12 +433,11 @@ impl<'a> Plan<'a> {
 }
 
 impl<T> SubPatch<T> {
-    /// Memory in bytes.
+    /// Heap memory in bytes.
     fn bytes(&self) -> usize {
-        let blocks = match self {
+        match self {
             Self::Chosen(_) => 0,
             Self::Weighted(blocks) => size_of_val(&blocks[..]),
-        };
-        size_of::<Self>() + blocks
+        }
     }
 }

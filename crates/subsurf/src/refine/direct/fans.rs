@@ -2,6 +2,8 @@
 //! the vertices across its faces follow from the same ones a level above. They are control vertices of any
 //! valence, sharpness or number of sheets, and the centres of control faces that are no quads. They start where all their faces are quads.
 
+mod lanes;
+mod tables;
 mod values;
 
 use super::rules::{Creases, Special};
@@ -12,6 +14,7 @@ use crate::scheme::Scheme;
 use crate::topology::{FaceOf, NONE, Topology};
 use std::collections::BTreeMap;
 use std::ops::Range;
+pub(super) use tables::FanTables;
 pub(super) use values::FanValues;
 
 /// Faces of a fan that are searched one by one. Larger: long searches at poles; smaller: more in the map.
@@ -31,7 +34,9 @@ struct FanFace {
 /// Where the values of a fan are found that the lattice of a face lacks.
 #[derive(Clone, Copy)]
 pub(super) struct FanCorner {
-    pub fan: u32,
+    /// Among those that are kept, the first of the fan's, and how many there are at each level.
+    kept: u32,
+    points: u32,
     /// The ends of the edges next to the face's, clockwise and counter-clockwise, among the fan's edges, or [`NONE`].
     pub beyond: [u32; 2],
 }
@@ -211,7 +216,7 @@ impl Fans {
 
     /// Where the face with a half-edge lies in a fan.
     #[inline(always)]
-    pub fn corner(&self, fan: u32, h: u32) -> FanCorner {
+    pub fn corner(&self, tables: Option<&FanTables>, fan: u32, h: u32) -> FanCorner {
         let faces = &self.faces[self.starts[fan as usize][1] as usize..self.starts[fan as usize + 1][1] as usize];
         let at = if fan as usize >= self.centres {
             (h - faces[0].h) as usize
@@ -220,7 +225,24 @@ impl Fans {
         } else {
             faces.iter().position(|face| face.h == h).unwrap_or(0)
         };
-        FanCorner { fan, beyond: faces[at].beyond }
+        let points = 1 + self.starts[fan as usize + 1][0] - self.starts[fan as usize][0];
+        let kept = tables.map_or(self.kept_before(fan as usize) as u32, |tables| tables.places[fan as usize][1]);
+        FanCorner { kept, points, beyond: faces[at].beyond }
+    }
+
+    /// How many values are kept of a fan, and where tables do not say it of all that come before.
+    fn kept_of(&self, fan: usize) -> usize {
+        self.kept_before(fan + 1) - self.kept_before(fan)
+    }
+
+    fn kept_before(&self, fan: usize) -> usize {
+        (self.starts[fan][0] as usize + fan) * self.between()
+    }
+
+    /// The rule of a vertex that does not follow the smooth one, among those of each level.
+    #[inline(always)]
+    fn row(&self, fan: usize) -> Option<usize> {
+        Some(self.row_of[fan]).filter(|&row| row != NONE).map(|row| row as usize)
     }
 
     /// The level at which a fan starts.

@@ -11,8 +11,8 @@ use crate::real::Real;
 use crate::scheme::Scheme;
 use crate::scheme::catmull_clark::smooth_neighbour;
 use crate::tags::Triangles;
+use crate::threads;
 use crate::topology::{FaceOf, NONE, Topology};
-use rayon::prelude::*;
 
 /// Vertices of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
 const CHUNK: usize = 2048;
@@ -70,7 +70,8 @@ impl FirstStep {
         let (vertices, rest) = out.split_at_mut(t.vertex_count());
         let (faces, edges) = rest.split_at_mut(t.face_count());
         let needed = self.needed.as_ref();
-        faces.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
+        let chunks = faces.chunks_mut(CHUNK).enumerate().collect();
+        threads::for_each(chunks, |(chunk, out): (usize, &mut [[T; N]])| {
             let first = chunk * CHUNK;
             vectorized(
                 #[inline(always)]
@@ -82,9 +83,9 @@ impl FirstStep {
         });
         let faces = &*faces;
         let is_quads = matches!(t.face, FaceOf::Quads);
-        let edges = edges.par_chunks_mut(CHUNK).enumerate().map(|(chunk, out)| (chunk, false, out));
-        let vertices = vertices.par_chunks_mut(CHUNK / 2).enumerate().map(|(chunk, out)| (chunk, true, out));
-        edges.chain(vertices).for_each(|(chunk, is_vertices, out)| {
+        let edges = edges.chunks_mut(CHUNK).enumerate().map(|(chunk, out)| (chunk, false, out));
+        let vertices = vertices.chunks_mut(CHUNK / 2).enumerate().map(|(chunk, out)| (chunk, true, out));
+        threads::for_each(edges.chain(vertices).collect(), |(chunk, is_vertices, out)| {
             let first = chunk * if is_vertices { CHUNK / 2 } else { CHUNK };
             let some = needed
                 .map(|needed| among(if is_vertices { &needed.vertices } else { &needed.edges }, first, out.len()));

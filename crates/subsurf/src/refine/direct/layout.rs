@@ -17,33 +17,32 @@ pub(super) struct Run {
     pub part: usize,
     /// Vertices of the region for every element.
     pub each: usize,
-    /// Of these, how many come before.
-    pub skip: usize,
+    /// Of these, how many come before: where a half-edge runs with its edge, and where it runs against it.
+    pub skip: [usize; 2],
     pub count: usize,
 }
 
-/// What lies along a control edge.
+/// What lies along a control edge, from the middle out: the halves of an edge are numbered alike, so that a half-edge that runs
+/// against its edge only changes places with the other.
 pub(super) struct Side {
     /// Where its points start in [`Layout::points`].
     pub start: usize,
-    /// Of a half-edge that runs with its edge, and of one that runs against it.
-    pub runs: [Vec<Run>; 2],
-    /// The points of the latter.
-    pub backward: Vec<u32>,
+    pub runs: Vec<Run>,
 }
 
-/// What a side takes of its edge, for each direction.
+/// What a side takes of its edge.
 struct Order {
-    points: [Vec<[usize; 2]>; 2],
-    /// By region of edges: how many of an edge's vertices come before, and how many are taken.
-    shares: [Vec<(usize, usize)>; 2],
+    points: Vec<[usize; 2]>,
+    /// The region of edges among these, and the rest of a [`Run`].
+    runs: Vec<(usize, [usize; 2], usize)>,
 }
 
 /// The order in which a square's points are written.
 pub(super) struct Layout {
-    /// Places in the lattice of the last level: those inside, along sides, and at corners; then others, up to whole sixteens
-    /// whatever the number of components.
+    /// Places in the lattice of the last level: those inside, along sides, and at corners.
     pub points: Vec<u32>,
+    /// Points from one square to the next, in whole sixteens whatever the number of components.
+    pub stride: usize,
     pub inside: Vec<Run>,
     /// Of a quad the four sides; of a corner the half of its own half-edge, with its middle, and that of the one before.
     pub sides: Vec<Side>,
@@ -62,13 +61,12 @@ impl Layout {
             2 => [end - along, end],
             _ => [0, end - along],
         };
-        let whole: Vec<(usize, usize)> = places.iter().map(|places| (0, places.len())).collect();
-        let sides = (0..4).map(|side| {
-            let points = |backward: bool| {
-                let along = places.iter().flatten().map(move |&i| if backward { end - i as usize } else { i as usize });
-                along.map(move |i| cell(side, i)).collect()
-            };
-            Order { points: [points(false), points(true)], shares: [whole.clone(), whole.clone()] }
+        let halves = |half: usize| [[0, half], [half, 0]].map(|skip| (half, skip));
+        let runs = (1..depth as usize).flat_map(|m| halves(1 << (m - 1)).map(|(half, skip)| (m, skip, half)));
+        let runs: Vec<_> = [(0, [0, 0], 1)].into_iter().chain(runs).collect();
+        let sides = (0..4).map(|side| Order {
+            points: places.iter().flatten().map(|&i| cell(side, i as usize)).collect(),
+            runs: runs.clone(),
         });
         Self::new(regions, &Tile::whole(SplitKind::Quads, depth), end, sides.collect())
     }
@@ -78,22 +76,18 @@ impl Layout {
         let end = 1usize << (depth - 1);
         let places = along_edge(depth);
         // The first half of each region's places is near an edge's first end; the first region is the middle.
-        let half = |is_second: bool, has_middle: bool| -> Vec<(usize, usize)> {
-            let deeper = (1..depth).map(|m| (usize::from(is_second) << (m - 1), 1 << (m - 1)));
-            [(0, usize::from(has_middle))].into_iter().chain(deeper).collect()
-        };
-        let points = |shares: &[(usize, usize)], is_second: bool| -> Vec<usize> {
-            let along = places.iter().zip(shares).flat_map(|(places, &(skip, count))| &places[skip..skip + count]);
-            along.map(|&i| if is_second { 2 * end - i as usize } else { i as usize }).collect()
+        let halves = || places.iter().enumerate().skip(1).map(|(m, places)| (m, places.len() / 2, places));
+        let along = || halves().flat_map(|(_, half, places)| &places[..half]).map(|&i| i as usize);
+        let runs = |is_second: bool| {
+            halves().map(move |(m, half, _)| (m, if is_second { [half, 0] } else { [0, half] }, half))
         };
         // Its own half-edge starts here, the one before ends here.
-        let order = |seconds: [bool; 2], has_middle: bool, cell: fn(usize) -> [usize; 2]| {
-            let shares = seconds.map(|is_second| half(is_second, has_middle));
-            let points = [0, 1].map(|k| points(&shares[k], seconds[k]).into_iter().map(cell).collect());
-            Order { points, shares }
+        let own = Order {
+            points: [end].into_iter().chain(along()).map(|i| [i, 0]).collect(),
+            runs: [(0, [0, 0], 1)].into_iter().chain(runs(false)).collect(),
         };
-        let sides = vec![order([false, true], true, |i| [i, 0]), order([true, false], false, |i| [0, i])];
-        Self::new(regions, &Tile::corner(depth), end, sides)
+        let before = Order { points: along().map(|i| [0, i]).collect(), runs: runs(true).collect() };
+        Self::new(regions, &Tile::corner(depth), end, vec![own, before])
     }
 
     fn new(regions: &[Region], tile: &Tile, end: usize, sides: Vec<Order>) -> Self {
@@ -102,34 +96,30 @@ impl Layout {
         for (k, (region, range)) in
             regions.iter().zip(&tile.ranges).enumerate().filter(|(_, (_, range))| !range.is_empty())
         {
-            inside.push(Run { part: k - 1, each: region.each, skip: 0, count: range.len() });
+            inside.push(Run { part: k - 1, each: region.each, skip: [0, 0], count: range.len() });
             let cells = tile.order[range.clone()].iter().map(|&cell| cell as usize);
             points.extend(cells.map(|cell| point([cell % (end + 1), cell / (end + 1)])));
         }
+        let edges: Vec<_> = (0..regions.len()).filter(|&k| regions[k].owner == Owner::Edges).collect();
+        let run = |(m, skip, count): (usize, [usize; 2], usize)| Run {
+            part: edges[m] - 1,
+            each: regions[edges[m]].each,
+            skip,
+            count,
+        };
         let mut out_sides = Vec::new();
-        for Order { points: [forward, backward], shares } in sides {
-            let runs = shares.map(|shares| {
-                let edges = regions.iter().enumerate().filter(|(_, region)| region.owner == Owner::Edges);
-                let runs = edges.zip(shares).map(|((k, region), (skip, count))| Run {
-                    part: k - 1,
-                    each: region.each,
-                    skip,
-                    count,
-                });
-                runs.filter(|run| run.count > 0).collect()
-            });
-            out_sides.push(Side { start: points.len(), runs, backward: backward.into_iter().map(point).collect() });
-            points.extend(forward.into_iter().map(point));
+        for Order { points: along, runs } in sides {
+            out_sides.push(Side { start: points.len(), runs: runs.into_iter().map(run).collect() });
+            points.extend(along.into_iter().map(point));
         }
         let corners = points.len();
         points.extend([[0, 0], [end, 0], [end, end], [0, end]].map(point));
-        points.resize(points.len().next_multiple_of(LANES), 0);
-        Self { points, inside, sides: out_sides, corners }
+        let stride = points.len().next_multiple_of(LANES);
+        Self { points, stride, inside, sides: out_sides, corners }
     }
 
     pub fn bytes(&self) -> usize {
-        let runs = |runs: &Vec<Run>| size_of_val(&runs[..]);
-        let side = |side: &Side| 4 * side.backward.len() + side.runs.iter().map(runs).sum::<usize>();
-        4 * self.points.len() + runs(&self.inside) + self.sides.iter().map(side).sum::<usize>()
+        let sides = self.sides.iter().map(|side| size_of_val(&side.runs[..]));
+        4 * self.points.len() + size_of_val(&self.inside[..]) + sides.sum::<usize>()
     }
 }

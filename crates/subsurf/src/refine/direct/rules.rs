@@ -167,11 +167,17 @@ impl Special {
         at(owners.start)..at(owners.end)
     }
 
+    /// Numbers and their weights.
+    #[inline(always)]
+    pub fn terms(&self, row: usize) -> &[(u32, f64)] {
+        let start = if row == 0 { 0 } else { self.ends[row - 1] };
+        &self.terms[start as usize..self.ends[row] as usize]
+    }
+
     /// The sum of a row, relative to the value of its first term.
     #[inline(always)]
     pub fn apply<T: Real, const N: usize>(&self, row: usize, value: impl Fn(u32) -> [T; N]) -> [T; N] {
-        let start = if row == 0 { 0 } else { self.ends[row - 1] };
-        let terms = &self.terms[start as usize..self.ends[row] as usize];
+        let terms = self.terms(row);
         let base = value(terms[0].0);
         let mut sum = [T::default(); N];
         for &(id, weight) in &terms[1..] {

@@ -3,13 +3,13 @@
 //! corners, fans do.
 
 mod flags;
+mod frames;
 mod read;
-mod rings;
 mod write;
 
 pub(super) use flags::flags;
+pub(super) use frames::{Frames, Tables, rings};
 pub(super) use read::in_quad;
-pub(super) use rings::Rings;
 
 use super::super::parts::{Task, Writer};
 use super::Deeper;
@@ -17,12 +17,12 @@ use super::fans::{FanCorner, FanValues};
 use super::layout::Layout;
 use super::rules::rounded;
 use crate::index::{Edge, Face, HalfEdge};
-use crate::kernel::{LANES, SideRules, Sixteen, lattice_point, lattice_points, refine_lattice, turn, vectorized};
+use crate::kernel::{LANES, Lined, SideRules, lattice_point, lattice_points, refine_lattice, turn, vectorized};
 use crate::real::Real;
 use crate::topology::{FaceOf, NONE, Topology};
 use flags::{HAS_FAN, IS_EARLY, IS_SHARP, OWNS_EDGE, all_flags, with_flag};
 use read::{ControlQuad, Corner, QUAD, Quad, read};
-use rings::Ring;
+use std::ops::Range;
 use write::{Output, Place, write};
 
 /// One thread's memory.
@@ -31,20 +31,22 @@ pub(super) struct Squares<'a, T, const N: usize> {
     t: &'a Topology,
     /// Values of the levels where squares start, 0 and 1.
     levels: [&'a [[T; N]]; 2],
-    fans: Option<&'a FanValues<T, N>>,
-    rings: Option<&'a [Ring]>,
-    memory: Memory<T, N>,
+    fans: Option<&'a FanValues<'a, T, N>>,
+    tables: Option<&'a Tables>,
+    memory: Memory<T>,
 }
 
-struct Memory<T, const N: usize> {
+struct Memory<T> {
     /// Of the level and the one above, in turn.
-    lattices: [Vec<Sixteen<T, N>>; 2],
+    lattices: [Lined<T>; 2],
     /// Points square by square: those read, and those of the last level.
-    turned: Vec<[T; N]>,
+    turned: Lined<T>,
     /// By point and component, for quads and corners.
     rows: [Vec<u32>; 2],
     /// Lanes and corners of squares that have fans.
     corners: Vec<(usize, usize, FanCorner)>,
+    /// By kind of quads: those before are listed in the tables of fans before this place.
+    listed: [usize; 2],
     /// Edges that squares own.
     owned: Vec<Place>,
 }
@@ -52,6 +54,11 @@ struct Memory<T, const N: usize> {
 /// True where the quad with this first half-edge starts at its control points.
 pub(super) fn is_early(flags: &[u8], first: u32) -> bool {
     with_flag(all_flags(flags, first), IS_EARLY) == 15
+}
+
+/// True where the quad with this half-edge looks for a fan at its origin.
+pub(super) fn has_fan(flags: &[u8], h: u32) -> bool {
+    flags[h as usize] & HAS_FAN != 0
 }
 
 /// Kinds of squares: quads that start at their control points, others, and corners of faces that are no quads.
@@ -66,8 +73,17 @@ struct Batch {
     half_edges: [u32; LANES],
     /// How many edges the task's faces before own; of a corner also without those from the half-edge before on.
     edges: [[u32; 2]; LANES],
-    /// Of quads, those of all half-edges.
-    flags: [u32; LANES],
+    /// Of quads, those of all half-edges, four to each.
+    flags: Flags,
+}
+
+#[derive(Clone, Copy)]
+struct Flags([u8; 4 * LANES]);
+
+impl Default for Flags {
+    fn default() -> Self {
+        Self([0; 4 * LANES])
+    }
 }
 
 impl Batch {
@@ -75,7 +91,8 @@ impl Batch {
     #[inline(always)]
     fn push(&mut self, h: u32, flags: u32, edges: [u32; 2]) -> bool {
         let lane = self.count;
-        (self.half_edges[lane], self.flags[lane], self.edges[lane]) = (h, flags, edges);
+        (self.half_edges[lane], self.edges[lane]) = (h, edges);
+        self.flags.0.as_chunks_mut().0[lane] = flags.to_le_bytes();
         self.count += 1;
         self.count == LANES
     }
@@ -84,10 +101,12 @@ impl Batch {
     #[inline(always)]
     fn with(&self, flag: u8, count: usize) -> HalfEdges {
         let mut bits = 0;
-        for (lane, &flags) in self.flags[..count].iter().enumerate() {
-            bits |= u64::from(with_flag(flags, flag)) << (4 * lane);
+        for (eight, &flags) in self.flags.0.as_chunks().0.iter().enumerate() {
+            // Bits 0, 8, … 56 move to 56, 57, … 63.
+            let found = u64::from_le_bytes(flags) >> flag.trailing_zeros() & 0x0101_0101_0101_0101;
+            bits |= found.wrapping_mul(0x0102_0408_1020_4080) >> 56 << (8 * eight);
         }
-        HalfEdges(bits)
+        HalfEdges(bits & u64::MAX >> (64 - 4 * count))
     }
 }
 
@@ -125,6 +144,13 @@ impl<T: Real, const N: usize> Writer<T, N> for Squares<'_, T, N> {
     fn write(&mut self, task: Task<'_, T, N>) -> Vec<(u32, [T; N])> {
         let (t, faces) = (self.t, task.faces.clone());
         let mut out = Output::new(t, task, self.deeper.depth);
+        if let Some(tables) = self.tables.and_then(|tables| tables.fans.as_ref()) {
+            self.memory.listed = [tables.first_from(t.face_offset[faces.start]); 2];
+        }
+        if matches!(t.face, FaceOf::Quads) {
+            self.write_quads(faces, &mut out);
+            return out.corners;
+        }
         let (mut early, mut quads, mut corners, mut edge) = (Batch::default(), Batch::default(), Batch::default(), 0);
         for f in faces.map(Face::new) {
             let (first, sides) = (t.first(f), t.sides(f));
@@ -167,27 +193,47 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         deeper: &'a Deeper,
         t: &'a Topology,
         levels: [&'a [[T; N]]; 2],
-        fans: Option<&'a FanValues<T, N>>,
-        rings: Option<&'a [Ring]>,
+        fans: Option<&'a FanValues<'a, T, N>>,
+        tables: Option<&'a Tables>,
     ) -> Self {
         let rows = |layout: &Layout| -> Vec<u32> {
-            layout.points.iter().flat_map(|&point| (0..N as u32).map(move |c| N as u32 * point + c)).collect()
+            let each = |&point: &u32| (0..N as u32).map(move |c| N as u32 * point + c);
+            let mut rows: Vec<u32> = layout.points.iter().flat_map(each).collect();
+            rows.resize(rows.len().next_multiple_of(LANES), 0);
+            rows
         };
         let rows = [rows(&deeper.quad), deeper.corner.as_ref().map_or(Vec::new(), rows)];
         let size = 1usize << deeper.depth;
         let layouts = [Some(&deeper.quad), deeper.corner.as_ref()];
-        let points = layouts.into_iter().flatten().map(|layout| layout.points.len()).fold(QUAD, usize::max);
+        let points = layouts.into_iter().flatten().map(|layout| layout.stride).fold(QUAD, usize::max);
         // What is read is turned in whole sixteens.
-        let lattice = |size: usize| vec![[[T::default(); LANES]; N]; lattice_points(size).max(QUAD) + LANES];
+        let lattice = |size: usize| Lined::new(N * LANES * (lattice_points(size).max(QUAD) + LANES));
         let memory = Memory {
             lattices: [size / 2, size].map(lattice),
-            // What is read may spill over by one.
-            turned: vec![[T::default(); N]; LANES * points.next_multiple_of(LANES) + 1],
+            turned: Lined::new(N * LANES * points.next_multiple_of(LANES)),
             rows,
             corners: Vec::new(),
+            listed: [0; 2],
             owned: Vec::new(),
         };
-        Self { deeper, t, levels, fans, rings, memory }
+        Self { deeper, t, levels, fans, tables, memory }
+    }
+
+    /// The same where all faces are quads.
+    fn write_quads(&mut self, faces: Range<usize>, out: &mut Output<'_, T, N>) {
+        let (mut batch, mut edge) = (Batch::default(), 0);
+        for start in faces.clone().step_by(LANES) {
+            batch.count = LANES.min(faces.end - start);
+            let flags = &self.deeper.flags[4 * start..][..4 * batch.count];
+            batch.flags.0[..flags.len()].copy_from_slice(flags);
+            let owned = batch.with(OWNS_EDGE, batch.count);
+            for lane in 0..batch.count {
+                batch.half_edges[lane] = 4 * (start + lane) as u32;
+                batch.edges[lane] = [edge; 2];
+                edge += owned.before(lane, 4);
+            }
+            self.run::<EARLY_QUADS>(&mut batch, out);
+        }
     }
 
     /// Refines the squares of a batch, and empties it.
@@ -196,20 +242,21 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
         if count == 0 {
             return;
         }
-        let Self { deeper, t, levels, fans, rings, memory } = self;
-        let (deeper, t, fans, rings, half_edges) = (*deeper, *t, *fans, *rings, &batch.half_edges[..count]);
+        let Self { deeper, t, levels, fans, tables, memory } = self;
+        let (deeper, t, fans, tables, half_edges) = (*deeper, *t, *fans, *tables, &batch.half_edges[..count]);
         let layout =
             if KIND != CORNERS { &deeper.quad } else { deeper.corner.as_ref().expect("a face that is no quad") };
-        let Memory { lattices: [from, to], turned, rows, corners, owned } = memory;
+        let Memory { lattices: [from, to], turned, rows, corners, listed, owned } = memory;
         // The last level comes to lie in the larger one.
-        let (mut from, mut to) = (from, to);
+        let (mut from, mut to) = (from.sixteens(), to.sixteens());
+        let turned = turned.values();
         let start = usize::from(KIND != EARLY_QUADS);
         let level = levels[start];
         if (deeper.depth as usize - start).is_multiple_of(2) {
             std::mem::swap(&mut from, &mut to);
         }
-        let mut size = match (KIND, rings) {
-            (EARLY_QUADS, Some(rings)) => read(t, level, half_edges, turned, from, &rings),
+        let mut size = match (KIND, tables) {
+            (EARLY_QUADS, Some(tables)) => read(t, level, half_edges, turned, from, &&tables.rings[..]),
             (EARLY_QUADS, None) if matches!(t.face, FaceOf::Quads) => {
                 read(t, level, half_edges, turned, from, &ControlQuad::<true>)
             }
@@ -227,9 +274,7 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             has_sharp[side][1] |= owns;
         };
         let fan_of = |h: u32| deeper.fans.of_vertex(t.origin[h as usize]).unwrap_or(0);
-        let mut corner = |lane: usize, corner: usize, h: u32, fan: u32| {
-            corners.push((lane, corner, deeper.fans.corner(fan, h)));
-        };
+        let fan_tables = tables.and_then(|tables| tables.fans.as_ref());
         if KIND != CORNERS {
             let owned = batch.with(OWNS_EDGE, count);
             for (lane, k) in batch.with(IS_SHARP, count) {
@@ -237,7 +282,11 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             }
             for (lane, k) in batch.with(HAS_FAN, count) {
                 let h = half_edges[lane] + k as u32;
-                corner(lane, k, h, fan_of(h));
+                let corner = match fan_tables {
+                    Some(tables) => tables.corner(h, &mut listed[KIND]),
+                    None => deeper.fans.corner(None, fan_of(h), h),
+                };
+                corners.push((lane, k, corner));
             }
         } else {
             for (lane, &h) in half_edges.iter().enumerate() {
@@ -248,10 +297,10 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
                     }
                 }
                 if deeper.flags[h as usize] & HAS_FAN != 0 {
-                    corner(lane, 0, h, fan_of(h));
+                    corners.push((lane, 0, deeper.fans.corner(fan_tables, fan_of(h), h)));
                 }
                 if let Some(fan) = fans.and_then(|_| deeper.fans.of_centre(t.face.get(h))) {
-                    corner(lane, 2, h, fan);
+                    corners.push((lane, 2, deeper.fans.corner(fan_tables, fan, h)));
                 }
             }
         }
@@ -270,15 +319,15 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             refine_lattice(from, size, &smooth, sides, !is_last, to);
             size *= 2;
             if let (false, Some(fans)) = (is_last, fans) {
-                for &(lane, corner, FanCorner { fan, beyond }) in &*corners {
-                    let values = deeper.fans.kept(fans, fan, at + 1);
+                for &(lane, corner, of_fan) in &*corners {
+                    let values = deeper.fans.kept(fans, of_fan, at + 1);
                     let mut put = |[i, j]: [isize; 2], value: &[T; N]| {
                         let point = &mut to[lattice_point(size, i, j)];
                         (0..N).for_each(|c| point[c][lane] = value[c]);
                     };
                     let [own, clockwise, counter] = at_corner(size as isize, corner);
                     put(own, &values[0]);
-                    for (at, end) in [clockwise, counter].into_iter().zip(beyond) {
+                    for (at, end) in [clockwise, counter].into_iter().zip(of_fan.beyond) {
                         if end != NONE {
                             put(at, &values[1 + end as usize]);
                         }
@@ -288,13 +337,13 @@ impl<'a, T: Real, const N: usize> Squares<'a, T, N> {
             std::mem::swap(&mut from, &mut to);
         }
         let rows = &rows[usize::from(KIND == CORNERS)];
-        let turned = &mut turned[..LANES * layout.points.len()];
-        turn(from.as_flattened(), rows, turned.as_flattened_mut());
+        let turned = &mut turned[..LANES * layout.stride];
+        turn(from.as_flattened(), rows, N * layout.stride, turned.as_flattened_mut());
         vectorized(
             #[inline(always)]
             || match KIND {
-                CORNERS => write::<T, N, false>(deeper, t, layout, batch, count, turned, from, owned, out),
-                _ => write::<T, N, true>(deeper, t, layout, batch, count, turned, from, owned, out),
+                CORNERS => write::<T, N, false>(deeper, t, layout, batch, count, turned, owned, out),
+                _ => write::<T, N, true>(deeper, t, layout, batch, count, turned, owned, out),
             },
         );
     }

@@ -2,49 +2,76 @@
 
 use super::super::rules::{Creases, rounded};
 use super::super::squares::in_quad;
-use super::Fans;
-use crate::kernel::vectorized;
+use super::tables::Kind;
+use super::{FanCorner, FanTables, Fans};
+use crate::kernel::{LANES, vectorized};
 use crate::real::Real;
 use crate::scheme::catmull_clark::smooth_neighbour;
-use crate::topology::{NONE, Topology};
-use rayon::prelude::*;
+use crate::threads;
+use crate::topology::Topology;
 
 /// Fans of a task. Fixed; larger: uneven loads; smaller: overhead of tasks.
 const CHUNK: usize = 256;
+
 /// Values of fans at the levels between.
-pub(in super::super) struct FanValues<T, const N: usize> {
-    /// By fan, then by level from the second on: the vertex and the ends of its edges.
+pub(in super::super) struct FanValues<'a, T, const N: usize> {
+    /// Fan by fan, then by level from the second on: the vertex and the ends of its edges.
     kept: Vec<[T; N]>,
     /// The vertices at the last level.
     last: Vec<[T; N]>,
+    /// Where there are tables, fans come in their order.
+    tables: Option<&'a FanTables>,
+}
+
+/// Fans that follow each other, with room for their values; where they have the same rules, the numbers of their points.
+struct Task<'a, T, const N: usize> {
+    first: usize,
+    kept: &'a mut [[T; N]],
+    last: &'a mut [[T; N]],
+    numbers: Option<&'a [[u32; LANES]]>,
 }
 
 impl Fans {
     /// Values of all fans, from those of the levels where they start, 0 and 1.
-    pub fn refine<T: Real, const N: usize>(
+    pub fn refine<'a, T: Real, const N: usize>(
         &self,
         t: &Topology,
         creases: &Creases,
         levels: [&[[T; N]]; 2],
-    ) -> FanValues<T, N> {
+        tables: Option<&'a FanTables>,
+    ) -> FanValues<'a, T, N> {
         let (fans, zero) = (self.owners.len(), [T::default(); N]);
-        let between = self.between();
-        let size = |fans: usize| (self.starts[fans][0] as usize + fans) * between;
-        let mut out = FanValues { kept: vec![zero; size(fans)], last: vec![zero; fans] };
-        let mut rest = &mut out.kept[..];
+        let mut out = FanValues { kept: vec![zero; self.kept_before(fans)], last: vec![zero; fans], tables };
+        let all = [Kind { fans: 0..fans, numbers: None }];
+        let fan_at = |at: usize| tables.map_or(at, |tables| tables.order[at] as usize);
+        let (mut kept, mut last) = (&mut out.kept[..], &mut out.last[..]);
         let mut tasks = Vec::new();
-        for (chunk, last) in out.last.chunks_mut(CHUNK).enumerate() {
-            let first = chunk * CHUNK;
-            let (part, tail) = rest.split_at_mut(size(first + last.len()) - size(first));
-            rest = tail;
-            tasks.push((first, part, last));
+        for kind in tables.map_or(&all[..], |tables| &tables.kinds) {
+            for first in kind.fans.clone().step_by(CHUNK) {
+                let fans = first..(first + CHUNK).min(kind.fans.end);
+                let (part, tail) = last.split_at_mut(fans.len());
+                last = tail;
+                let numbers = kind.numbers.zip(tables).map(|(start, tables)| {
+                    let points = 1 + self.range(fan_at(first)).map(|range| range.len()).iter().sum::<usize>();
+                    &tables.numbers[start + (first - kind.fans.start) / LANES * points..]
+                });
+                let size = fans.map(|at| self.kept_of(fan_at(at))).sum();
+                let (own, tail) = kept.split_at_mut(size);
+                kept = tail;
+                tasks.push(Task { first, kept: own, last: part, numbers });
+            }
         }
-        tasks.into_par_iter().for_each_init(Scratch::default, |scratch, (first, mut kept, last)| {
+        threads::for_each_init(tasks, Default::default, |(scratch, lanes), task| {
+            let Task { first, mut kept, last, numbers } = task;
+            if let Some(numbers) = numbers {
+                return self.refine_alike(creases, levels, fan_at(first), numbers, lanes, kept, last);
+            }
             vectorized(
                 #[inline(always)]
                 || {
-                    for (last, fan) in last.iter_mut().zip(first..) {
-                        let (part, tail) = kept.split_at_mut(size(fan + 1) - size(fan));
+                    for (last, at) in last.iter_mut().zip(first..) {
+                        let fan = fan_at(at);
+                        let (part, tail) = std::mem::take(&mut kept).split_at_mut(self.kept_of(fan));
                         kept = tail;
                         *last = self.refine_fan(t, creases, levels, fan, scratch, part);
                     }
@@ -108,13 +135,13 @@ impl Fans {
                     all[c] = all[c] + apart;
                 }
             }
-            let next = if self.row_of[fan] != NONE {
+            let next = if let Some(row) = self.row(fan) {
                 let value = |id: u32| match id as usize {
                     0 => own,
                     id if id <= ends.len() => ends[id - 1],
                     id => across[id - 1 - ends.len()],
                 };
-                self.rows[at - self.start].apply(self.row_of[fan] as usize, value)
+                self.rows[at - self.start].apply(row, value)
             } else {
                 let mut next = own;
                 ends.iter().for_each(|end| (0..N).for_each(|c| all[c] = all[c] + (end[c] - own[c])));
@@ -143,23 +170,29 @@ impl Fans {
     #[inline(always)]
     pub fn kept<'a, T: Real, const N: usize>(
         &self,
-        values: &'a FanValues<T, N>,
-        fan: u32,
+        values: &'a FanValues<'_, T, N>,
+        corner: FanCorner,
         level: usize,
     ) -> &'a [[T; N]] {
-        let (start, end) = (self.starts[fan as usize][0] as usize, self.starts[fan as usize + 1][0] as usize);
-        let points = end - start + 1;
-        &values.kept[(start + fan as usize) * self.between() + (level - self.start - 1) * points..][..points]
+        let points = corner.points as usize;
+        &values.kept[corner.kept as usize + (level - self.start - 1) * points..][..points]
     }
 
     /// The centre of a face that is no quad, at the last level.
-    pub fn centre<T: Real, const N: usize>(&self, values: &FanValues<T, N>, f: u32) -> Option<[T; N]> {
-        self.of_centre(f).map(|fan| values.last[fan as usize])
+    pub fn centre<T: Real, const N: usize>(&self, values: &FanValues<'_, T, N>, f: u32) -> Option<[T; N]> {
+        let place = |fan: u32| values.tables.map_or(fan, |tables| tables.places[fan as usize][0]);
+        self.of_centre(f).map(|fan| values.last[place(fan) as usize])
     }
 
     /// Puts control vertices where they belong.
-    pub fn write<T: Real, const N: usize>(&self, values: &FanValues<T, N>, out: &mut [[T; N]]) {
-        self.owners[..self.centres].iter().zip(&values.last).for_each(|(&v, &value)| out[v as usize] = value);
+    pub fn write<T: Real, const N: usize>(&self, values: &FanValues<'_, T, N>, out: &mut [[T; N]]) {
+        let Some(tables) = values.tables else {
+            let own = self.owners[..self.centres].iter().zip(&values.last);
+            return own.for_each(|(&v, &value)| out[v as usize] = value);
+        };
+        for (&fan, &value) in tables.order.iter().zip(&values.last).filter(|(fan, _)| (**fan as usize) < self.centres) {
+            out[self.owners[fan as usize] as usize] = value;
+        }
     }
 }
 

@@ -1,9 +1,10 @@
 //! Which vertices lie in and round a square, and their values into lanes.
 
 use crate::index::HalfEdge;
-use crate::kernel::{LANES, PART, Parts, Sixteen, lattice_points, turn_back, vectorized};
+use crate::kernel::{self, LANES, PART, Parts, Sixteen, by_component, lattice_points, turn_back};
 use crate::real::Real;
 use crate::topology::{NONE, Topology};
+use fearless_simd::{Simd, dispatch};
 
 /// Points read of a control quad, of one at level 1, and of a corner.
 pub(super) const CONTROL_QUAD: usize = lattice_points(1);
@@ -38,7 +39,8 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize, S: Surroundings
     surroundings: &S,
 ) -> usize {
     let stride = POINTS.next_multiple_of(LANES);
-    vectorized(
+    let is_part = N == PART || N + 1 == PART;
+    dispatch!(kernel::level(), simd => simd.vectorize(
         #[inline(always)]
         || {
             // Numbers first, so that loads do not wait for each other.
@@ -46,14 +48,16 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize, S: Surroundings
             for (ids, &h) in ids.iter_mut().zip(half_edges) {
                 *ids = surroundings.of(t, h);
             }
-            if N == PART || N + 1 == PART {
-                // Four numbers at once, where the next overwrite what does not belong there.
-                let (parts, turned) = (Parts::new(level, 0), turned.as_flattened_mut());
-                for (ids, lane) in ids[..half_edges.len()].iter().zip(0..) {
-                    let row = &mut turned[N * stride * lane..][..N * POINTS + PART - N];
-                    for k in 0..POINTS {
-                        let out: &mut [T; PART] = row[N * k..].first_chunk_mut().expect("room for what spills over");
-                        *out = parts.at(ids[k] as usize);
+            if is_part {
+                let parts = Parts::new(level, 0);
+                for (k, out) in out[..POINTS].iter_mut().enumerate() {
+                    let components = by_component::<T, _>(
+                        simd,
+                        #[inline(always)]
+                        |lane| parts.at(ids[lane][k] as usize),
+                    );
+                    for c in 0..N {
+                        T::store(simd, components[c], &mut out[c]);
                     }
                 }
                 return;
@@ -64,8 +68,10 @@ pub(super) fn read<T: Real, const N: usize, const POINTS: usize, S: Surroundings
                 }
             }
         },
-    );
-    turn_back(turned[..LANES * stride].as_flattened(), out.as_flattened_mut());
+    ));
+    if !is_part {
+        turn_back(turned[..LANES * stride].as_flattened(), out.as_flattened_mut());
+    }
     S::SIZE
 }
 

@@ -2,11 +2,11 @@
 
 use super::super::super::parts::Task;
 use super::super::Deeper;
-use super::super::layout::{Layout, Run, Side};
+use super::super::layout::{Layout, Run};
 use super::Batch;
 use super::flags::{BACKWARD, OWNS_EDGE, OWNS_VERTEX};
 use crate::index::HalfEdge;
-use crate::kernel::{LANES, Sixteen};
+use crate::kernel::LANES;
 use crate::real::Real;
 use crate::topology::Topology;
 
@@ -16,6 +16,8 @@ use crate::topology::Topology;
 pub(super) struct Place {
     points: usize,
     element: usize,
+    /// Of an edge: its half-edge runs against it.
+    is_backward: bool,
 }
 
 /// Where results go.
@@ -43,18 +45,18 @@ impl<'a, T: Real, const N: usize> Output<'a, T, N> {
         }
     }
 
-    /// What holds the points of a run of edges, from one edge to the next, and where they start.
+    /// What holds the points of a run of edges, from one edge to the next, and where they start for each direction.
     #[inline(always)]
-    fn of_edges(&mut self, run: &Run) -> (&mut [[T; N]], usize, usize) {
+    fn of_edges(&mut self, run: &Run) -> (&mut [[T; N]], usize, [usize; 2]) {
         match self.edges.is_empty() {
             true => (&mut *self.parts[run.part], run.each, run.skip),
             // Regions of 1, 2, 4, … follow each other.
-            false => (&mut *self.edges, self.per_edge, run.each - 1 + run.skip),
+            false => (&mut *self.edges, self.per_edge, run.skip.map(|skip| run.each - 1 + skip)),
         }
     }
 }
 
-/// Writes what some squares own: `turned` has their points square by square in the order of the layout, `lattice` point by point.
+/// Writes what some squares own: `turned` has their points square by square in the order of the layout.
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 pub(super) fn write<T: Real, const N: usize, const QUADS: bool>(
@@ -64,89 +66,154 @@ pub(super) fn write<T: Real, const N: usize, const QUADS: bool>(
     batch: &Batch,
     count: usize,
     turned: &[[T; N]],
-    lattice: &[Sixteen<T, N>],
     owned: &mut Vec<Place>,
     out: &mut Output<'_, T, N>,
 ) {
-    let stride = layout.points.len();
-    let mut squares = [[Place::default(); LANES]; 2];
-    for lane in 0..count {
-        let (points, h) = (lane * stride, batch.half_edges[lane]);
-        squares[0][lane] = Place { points, element: t.face.get(h) as usize - out.first_face };
-        squares[1][lane] = Place { points, element: (h - out.first_half_edge) as usize };
-    }
-    let mut first = 0;
-    for run in &layout.inside {
-        // The first part is that of centres of faces.
-        let places = &squares[usize::from(run.part > 0)][..count];
-        spread(places, first, run, (run.each, 0), turned, &mut *out.parts[run.part]);
-        first += run.count;
+    let stride = layout.stride;
+    let (first, last) = (batch.half_edges[0], batch.half_edges[count - 1]);
+    let is_run = QUADS && last - first == 4 * (count as u32 - 1);
+    if is_run {
+        // Of faces that follow each other, so do the points.
+        let elements = [t.face.get(first) as usize - out.first_face, (first - out.first_half_edge) as usize];
+        let mut at = 0;
+        for run in &layout.inside {
+            let to = &mut out.parts[run.part][run.each * elements[usize::from(run.part > 0)]..][..run.count * count];
+            append(turned.chunks_exact(stride), at, run.count, to);
+            at += run.count;
+        }
+    } else {
+        let mut squares = [[Place::default(); LANES]; 2];
+        for lane in 0..count {
+            let (points, h) = (lane * stride, batch.half_edges[lane]);
+            let place = |element: usize| Place { points, element, is_backward: false };
+            squares[0][lane] = place(t.face.get(h) as usize - out.first_face);
+            squares[1][lane] = place((h - out.first_half_edge) as usize);
+        }
+        let mut at = 0;
+        for run in &layout.inside {
+            // The first part is that of centres of faces.
+            let places = &squares[usize::from(run.part > 0)][..count];
+            spread(places, run.count, run.each, run.skip, &turned[at..], &mut *out.parts[run.part]);
+            at += run.count;
+        }
     }
     owned.clear();
-    let mut own = |out: &mut Output<'_, T, N>, lane: usize, side: usize, number: u32, is_backward: bool| {
-        let (side, element) = (&layout.sides[side], number as usize);
-        if is_backward {
-            write_backward(side, element, lane, lattice, out);
-        } else {
-            owned.push(Place { points: lane * stride + side.start, element });
-        }
-    };
     if QUADS {
         let (edges, backward) = (batch.with(OWNS_EDGE, count), batch.with(BACKWARD, count));
-        for (lane, k) in edges {
-            own(out, lane, k, batch.edges[lane][0] + edges.before(lane, k), backward.has(lane, k));
+        // All sides have the same runs.
+        for (next, (lane, k)) in (batch.edges[0][0]..).zip(edges) {
+            let element = if is_run { next } else { batch.edges[lane][0] + edges.before(lane, k) } as usize;
+            let points = lane * stride + layout.sides[k].start;
+            owned.push(Place { points, element, is_backward: backward.has(lane, k) });
+        }
+        if is_run && out.edges.is_empty() {
+            append_edges(owned, &layout.sides[0].runs, turned, &mut out.parts);
+        } else {
+            spread_edges(owned, &layout.sides[0].runs, turned, out);
         }
         for (lane, k) in batch.with(OWNS_VERTEX, count) {
             let v = t.origin[batch.half_edges[lane] as usize + k];
             out.corners.push((v, turned[lane * stride + layout.corners + k]));
         }
-    } else {
+        return;
+    }
+    for (side, of) in layout.sides.iter().enumerate() {
+        owned.clear();
         for (lane, &h) in batch.half_edges[..count].iter().enumerate() {
+            let h = if side == 0 { h } else { t.prev(HalfEdge(h)).0 };
             let flags = deeper.flags[h as usize];
             if flags & OWNS_EDGE != 0 {
-                own(out, lane, 0, batch.edges[lane][0], flags & BACKWARD != 0);
+                let (points, element) = (lane * stride + of.start, batch.edges[lane][side] as usize);
+                owned.push(Place { points, element, is_backward: flags & BACKWARD != 0 });
             }
-            if flags & OWNS_VERTEX != 0 {
+            if side == 0 && flags & OWNS_VERTEX != 0 {
                 out.corners.push((t.origin[h as usize], turned[lane * stride + layout.corners]));
             }
         }
-    }
-    // All sides of a quad have the same runs; of corners the other sides are the second ones.
-    spread_edges(owned, &layout.sides[0].runs[0], turned, out);
-    if !QUADS {
-        owned.clear();
-        for lane in 0..count {
-            let h = t.prev(HalfEdge(batch.half_edges[lane])).0;
-            let flags = deeper.flags[h as usize];
-            let (side, edge) = (&layout.sides[1], batch.edges[lane][1] as usize);
-            if flags & OWNS_EDGE == 0 {
-                continue;
-            }
-            if flags & BACKWARD == 0 {
-                owned.push(Place { points: lane * stride + side.start, element: edge });
-            } else {
-                write_backward(side, edge, lane, lattice, out);
-            }
-        }
-        spread_edges(owned, &layout.sides[1].runs[0], turned, out);
+        spread_edges(owned, &of.runs, turned, out);
     }
 }
 
-/// The points of an edge against which the square's half-edge runs.
-fn write_backward<T: Real, const N: usize>(
-    side: &Side,
-    edge: usize,
-    lane: usize,
-    lattice: &[Sixteen<T, N>],
-    out: &mut Output<'_, T, N>,
+/// From each of some squares so many points, of which those before `at` are left out, one after the other.
+#[inline(always)]
+fn append<'a, T: Real, const N: usize>(
+    squares: impl Iterator<Item = &'a [[T; N]]>,
+    at: usize,
+    count: usize,
+    to: &mut [[T; N]],
 ) {
-    let mut rest = &side.backward[..];
-    for run in &side.runs[1] {
-        let (some, tail) = rest.split_at(run.count);
-        rest = tail;
-        let (to, each, skip) = out.of_edges(run);
-        let values = some.iter().map(|&point| of_lane(&lattice[point as usize], lane));
-        to[each * edge + skip..].iter_mut().zip(values).for_each(|(to, value)| *to = value);
+    match count {
+        1 => append_all::<T, N, 1>(squares, at, count, to),
+        4 => append_all::<T, N, 4>(squares, at, count, to),
+        8 => append_all::<T, N, 8>(squares, at, count, to),
+        _ => append_all::<T, N, 16>(squares, at, count, to),
+    }
+}
+
+/// The same by `K` points at a time.
+#[inline(always)]
+fn append_all<'a, T: Real, const N: usize, const K: usize>(
+    squares: impl Iterator<Item = &'a [[T; N]]>,
+    at: usize,
+    count: usize,
+    to: &mut [[T; N]],
+) {
+    for (from, to) in squares.zip(to.chunks_exact_mut(count)) {
+        copy_by::<T, N, K>(&from[at..][..count], to);
+    }
+}
+
+/// The points of edges that follow each other: their middles, then for each region both halves of what lies along them.
+#[inline(always)]
+fn append_edges<T: Real, const N: usize>(
+    owned: &[Place],
+    runs: &[Run],
+    turned: &[[T; N]],
+    parts: &mut [&mut [[T; N]]],
+) {
+    let (Some(first), [middle, halves @ ..]) = (owned.first(), runs) else { return };
+    for (to, place) in parts[middle.part][first.element..].iter_mut().zip(owned) {
+        *to = turned[place.points];
+    }
+    let mut at = 1;
+    for [half, _] in halves.as_chunks().0 {
+        let to = &mut parts[half.part][half.each * first.element..][..half.each * owned.len()];
+        let from = &turned[at..];
+        match half.count {
+            1 => append_halves::<T, N, 1>(owned, half.count, from, to),
+            2 => append_halves::<T, N, 2>(owned, half.count, from, to),
+            4 => append_halves::<T, N, 4>(owned, half.count, from, to),
+            8 => append_halves::<T, N, 8>(owned, half.count, from, to),
+            _ => append_halves::<T, N, 16>(owned, half.count, from, to),
+        }
+        at += 2 * half.count;
+    }
+}
+
+/// Both halves of so many points for each of some edges, `K` at a time; they change places where half-edges run against their edges.
+#[inline(always)]
+fn append_halves<T: Real, const N: usize, const K: usize>(
+    owned: &[Place],
+    half: usize,
+    from: &[[T; N]],
+    to: &mut [[T; N]],
+) {
+    // Of known length where it is short.
+    let half = if K < 16 { K } else { half };
+    for (to, place) in to.chunks_exact_mut(2 * half).zip(owned) {
+        let from = &from[place.points..][..2 * half];
+        let (low, high) = to.split_at_mut(half);
+        let [first, second] = if place.is_backward { [half, 0] } else { [0, half] };
+        copy_by::<T, N, K>(&from[first..][..half], low);
+        copy_by::<T, N, K>(&from[second..][..half], high);
+    }
+}
+
+/// As `copy_from_slice` without a call, of some `K` points.
+#[inline(always)]
+fn copy_by<T: Real, const N: usize, const K: usize>(from: &[[T; N]], to: &mut [[T; N]]) {
+    for (from, to) in from.as_chunks::<K>().0.iter().zip(to.as_chunks_mut::<K>().0) {
+        *to = *from;
     }
 }
 
@@ -156,59 +223,48 @@ fn spread_edges<T: Real, const N: usize>(owned: &[Place], runs: &[Run], turned: 
     let mut first = 0;
     for run in runs {
         let (to, each, skip) = out.of_edges(run);
-        spread(owned, first, run, (each, skip), turned, to);
+        spread(owned, run.count, each, skip, &turned[first..], to);
         first += run.count;
     }
 }
 
-/// Copies the points of a run, which are `first` among those of each place, to where elements have room for `each`, `skip` of which come
-/// before.
+/// Copies so many points for each of some places to where elements have room for `each`, `skip` of which come before.
 #[inline(always)]
 fn spread<T: Real, const N: usize>(
     places: &[Place],
-    first: usize,
-    run: &Run,
-    (each, skip): (usize, usize),
+    count: usize,
+    each: usize,
+    skip: [usize; 2],
     from: &[[T; N]],
     to: &mut [[T; N]],
 ) {
-    let (from, count) = (&from[first..], run.count);
-    let to = if places.is_empty() { to } else { &mut to[skip..] };
     match count {
-        1 => {
-            for place in places {
-                to[each * place.element] = from[place.points];
+        1 => copy_all::<T, N, 1>(places, each, skip, from, to),
+        2 => copy_all::<T, N, 2>(places, each, skip, from, to),
+        4 => copy_all::<T, N, 4>(places, each, skip, from, to),
+        8 => copy_all::<T, N, 8>(places, each, skip, from, to),
+        _ => {
+            // Longer ones are sixteens.
+            for first in (0..count).step_by(16) {
+                copy_all::<T, N, 16>(places, each, skip.map(|skip| skip + first), &from[first..], to);
             }
         }
-        2 => copy_all::<T, N, 2>(places, count, each, from, to),
-        4 | 8 => copy_all::<T, N, 4>(places, count, each, from, to),
-        _ => copy_all::<T, N, 16>(places, count, each, from, to),
     }
 }
 
-/// As `copy_from_slice` for each of some places, without a call: `count` is a multiple of `K`.
+/// As `copy_from_slice` for each of some places, without a call.
 #[inline(always)]
 fn copy_all<T: Real, const N: usize, const K: usize>(
     places: &[Place],
-    count: usize,
     each: usize,
+    skip: [usize; 2],
     from: &[[T; N]],
     to: &mut [[T; N]],
 ) {
     for place in places {
-        let from = from[place.points..][..count].as_chunks::<K>().0;
-        let to = to[each * place.element..][..count].as_chunks_mut::<K>().0;
-        for (to, from) in to.iter_mut().zip(from) {
-            *to = *from;
-        }
+        let skip = if place.is_backward { skip[1] } else { skip[0] };
+        let from: &[[T; N]; K] = from[place.points..].first_chunk().expect("the points of a run");
+        let to: &mut [[T; N]; K] = to[each * place.element + skip..].first_chunk_mut().expect("room for a run");
+        *to = *from;
     }
-}
-
-#[inline(always)]
-fn of_lane<T: Real, const N: usize>(point: &Sixteen<T, N>, lane: usize) -> [T; N] {
-    let mut out = [T::default(); N];
-    for c in 0..N {
-        out[c] = point[c][lane];
-    }
-    out
 }
