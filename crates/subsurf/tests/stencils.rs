@@ -18,7 +18,7 @@ fn require(ok: bool, what: impl Fn() -> String) -> Result<(), String> {
 }
 
 fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
 fn size(a: [f64; 3]) -> f64 {
