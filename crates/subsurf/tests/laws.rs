@@ -57,6 +57,11 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     size(minus(a, b))
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 fn require(ok: bool, what: impl Fn() -> String) -> Result<(), String> {
     if ok { Ok(()) } else { Err(what()) }
 }
@@ -96,7 +101,7 @@ fn affine_maps_commute_with_evaluation() {
             let error = apart(expected, b.position) / (unit(points) + 7.0);
             require(error < 1e-14, || format!("{at:?}: position off by {error:.1e}"))?;
             let scale = size(a.du).max(size(a.dv)).max(unit(points));
-            let error = apart(linear(a.du), b.du).max(apart(linear(a.dv), b.dv)) / scale;
+            let error = worse(apart(linear(a.du), b.du), apart(linear(a.dv), b.dv)) / scale;
             // The same rounding, larger by a patch's depth at shallow places.
             require(error < 1e-9, || format!("{at:?}: derivatives off by {error:.1e}"))?;
         }
@@ -199,7 +204,7 @@ fn renumbering_changes_nothing_but_rounding() {
             }
             let [du, dv] = turned_back(&b, turn);
             let scale = size(a.du).max(size(a.dv)).max(unit(points));
-            let error = apart(a.du, du).max(apart(a.dv, dv)) / scale;
+            let error = worse(apart(a.du, du), apart(a.dv, dv)) / scale;
             // At 1e-7 from a corner that becomes 1 - 1e-7, 1e-16 of the parameter is 1e-9 of the distance.
             require(error < 1e-7, || format!("{at:?}: derivatives change by {error:.1e}"))?;
         }
@@ -263,12 +268,13 @@ fn refining_the_mesh_keeps_the_limit_surface() {
             require(a.second.is_some() == b.second.is_some(), || format!("{at:?}: special on one level only"))?;
             let (Some(dd), Some(fine_dd)) = (a.second, b.second) else { continue };
             let scale = size(a.du).max(size(a.dv)).max(unit(points));
-            let error = apart(a.du, b.du.map(|x| factor * x)).max(apart(a.dv, b.dv.map(|x| factor * x))) / scale;
+            let [du, dv] = [b.du, b.dv].map(|d| d.map(|x| factor * x));
+            let error = worse(apart(a.du, du), apart(a.dv, dv)) / scale;
             // At 1e-7 of a vertex, rounding of the points is divided by 1e-7.
             require(error < 1e-8, || format!("{at:?}: derivatives change by {error:.1e}"))?;
             if at.u.max(at.v) > 0.1 {
                 let scale = dd.iter().map(|&d| size(d)).fold(scale, f64::max);
-                let error = (0..3).map(|k| apart(dd[k], fine_dd[k].map(|x| factor * factor * x))).fold(0.0, f64::max);
+                let error = (0..3).map(|k| apart(dd[k], fine_dd[k].map(|x| factor * factor * x))).fold(0.0, worse);
                 require(error / scale < 1e-10, || format!("{at:?}: second derivatives change by {error:.1e}"))?;
             }
         }
@@ -497,7 +503,7 @@ fn derivative_states_follow_the_valence() {
             // What the state says of the derivatives nearby; a defective eigenvalue 1/2 grows like the depth only.
             let length = |scale: f64| {
                 let jet = at_vertex(&shape, scale, method);
-                size(jet.du).max(size(jet.dv))
+                worse(size(jet.du), size(jet.dv))
             };
             let (near, nearer) = (length(2f64.powi(-60)), length(2f64.powi(-240)));
             match state {

@@ -5,6 +5,7 @@ mod brute_force;
 mod random_mesh;
 
 use brute_force::compare::{Worst, check};
+use brute_force::worse;
 use random_mesh::{for_all, triangle_recipe};
 use std::collections::BTreeSet;
 use subsurf::shapes::Shape;
@@ -224,7 +225,7 @@ fn semi_sharp_creases_through_a_vertex_of_two_triangles_go_where_refinement_goes
         }
         let limit = table.surface(&shape.positions).limit_of_level(&level, &values);
         let far =
-            limit.iter().zip(&values).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs())).fold(0.0, f64::max);
+            limit.iter().zip(&values).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs())).fold(0.0, worse);
         // Four smooth levels behind the creases, on a pillow of size 1.
         assert!(far < 1e-3, "{far:e}");
     }

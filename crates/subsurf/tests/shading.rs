@@ -386,7 +386,7 @@ fn finer_start_levels_bring_subdivided_normals_to_those_of_the_surface() {
             let shading = ShadingNormals::new(&patches, &case.0.positions, &options).unwrap();
             let far =
                 |at: &Location| apart(shading.subdivided(*at).unwrap(), surface.eval(*at).unwrap().normal().unwrap());
-            places(&patches).iter().map(far).fold(0.0, f64::max)
+            places(&patches).iter().map(far).fold(0.0, |most: f64, x| if x > most || x.is_nan() { x } else { most })
         };
         let apart = [0, 1, 2, 3].map(farthest);
         // Vertex normals of a level miss those of the surface by its facets' size, or less.

@@ -1,6 +1,6 @@
 //! The crate's closed forms beside brute force.
 
-use super::{Soup, apart, diagonal};
+use super::{Soup, apart, diagonal, worse};
 use std::cell::Cell;
 use subsurf::{ControlMesh, Derivatives, LimitSurface, Location, Method, PatchTable, Scheme};
 
@@ -10,7 +10,7 @@ pub struct Worst([Cell<f64>; 4]);
 
 impl Worst {
     fn note(&self, what: usize, error: f64) {
-        self.0[what].set(self.0[what].get().max(error));
+        self.0[what].set(worse(self.0[what].get(), error));
     }
 
     pub fn print(&self, name: &str) {

@@ -16,7 +16,7 @@ mod quartic;
 mod refine;
 
 pub use double::Double;
-pub use point::{apart, diagonal, size};
+pub use point::{apart, diagonal, size, worse};
 
 use point::{Point, plus};
 use std::collections::{HashMap, HashSet};
@@ -246,11 +246,9 @@ impl Truth {
         let largest = |from: usize, to: usize| d[from..to].iter().map(|&d| size(d)).fold(0.0, f64::max);
         let first = largest(0, 2).max(1e-4 * self.spread);
         let all = largest(2, 5).max(first);
-        if first == 0.0 {
-            return [0.0; 2];
-        }
         let [uu, uv, vv] = second;
         let error = |k: usize| apart([du, dv, uu, uv, vv][k], d[k]);
-        [error(0).max(error(1)) / first, error(2).max(error(3)).max(error(4)) / all]
+        let errors = [worse(error(0), error(1)), worse(error(2), worse(error(3), error(4)))];
+        if first == 0.0 { errors } else { [errors[0] / first, errors[1] / all] }
     }
 }

@@ -33,6 +33,11 @@ pub fn size(a: [f64; 3]) -> f64 {
     a.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// Diagonal of the box round the control points.
 pub fn diagonal(points: &[[f64; 3]]) -> f64 {
     let bound = |f: fn(f64, f64) -> f64| [0, 1, 2].map(|k| points.iter().map(|p| p[k]).reduce(f).expect("points"));

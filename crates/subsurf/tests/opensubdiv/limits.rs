@@ -2,14 +2,14 @@
 //! `docs/conformance.md` for the others.
 
 use crate::opensubdiv_shapes::{index, number, point, rows};
-use crate::reference::{apart, diagonal, has_fractions, shapes_with};
+use crate::reference::{apart, diagonal, has_fractions, shapes_with, worse};
 use serde_json::Value;
 use subsurf::{Face, Jet, Location, PatchTable};
 
 /// The largest distance between two lists of vectors, relative to the longest of them.
 fn apart_relative(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let longest = b.iter().map(|&x| apart(x, [0.0; 3])).fold(f64::MIN_POSITIVE, f64::max);
-    a.iter().zip(b).map(|(&a, &b)| apart(a, b)).fold(0.0, f64::max) / longest
+    a.iter().zip(b).map(|(&a, &b)| apart(a, b)).fold(0.0, worse) / longest
 }
 
 fn derivatives(jet: &Jet<3>) -> ([[f64; 3]; 2], [[f64; 3]; 3]) {
@@ -58,7 +58,7 @@ fn jets_on_regular_faces_are_opensubdivs() {
                 apart(jet.position, point(&theirs(3))) / size,
                 apart_relative(&first, &[4, 5].map(|k| point(&theirs(k)))),
                 // Second derivatives of flat parts are rounding: compared with first ones there.
-                second.iter().zip([6, 7, 8]).map(|(&a, k)| apart(a, point(&theirs(k)))).fold(0.0, f64::max)
+                second.iter().zip([6, 7, 8]).map(|(&a, k)| apart(a, point(&theirs(k)))).fold(0.0, worse)
                     / second.iter().chain(&first).map(|&x| apart(x, [0.0; 3])).fold(0.0, f64::max),
             ];
             // Sixteen products of weights up to 1, 3 and 18 and points of a box's size.

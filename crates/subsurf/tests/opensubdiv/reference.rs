@@ -39,6 +39,11 @@ pub fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// True where a sharpness is no whole number: OpenSubdiv takes the weight of a rule that decays in single precision.
 pub fn has_fractions(t: &Topology) -> bool {
     let edges = (0..t.edge_count() as u32).map(|e| t.edge_sharpness(Edge(e)));

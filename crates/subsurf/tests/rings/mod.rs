@@ -68,7 +68,7 @@ impl Centre {
         let far = |g: &[[f64; 2]; 3]| {
             (0..3).flat_map(|i| (0..2).map(move |k| (i, k))).map(|(i, k)| (g[i][k] - mean(i, k)).powi(2)).sum::<f64>()
         };
-        gradients.iter().map(far).fold(0.0, f64::max).sqrt()
+        gradients.iter().map(far).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most }).sqrt()
     }
 }
 
