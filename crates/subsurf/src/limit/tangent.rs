@@ -483,7 +483,8 @@ mod tests {
     }
 
     fn residual(row: &[f64], eigenvalue: f64, step: &LocalStep) -> f64 {
-        times(row, step).iter().zip(row).fold(0.0, |m: f64, (x, y)| m.max((x - eigenvalue * y).abs()))
+        let errors = times(row, step).into_iter().zip(row).map(|(x, y)| (x - eigenvalue * y).abs());
+        errors.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
     }
 
     #[test]

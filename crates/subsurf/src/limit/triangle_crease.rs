@@ -277,8 +277,8 @@ mod tests {
                 for (order, (a, b)) in ours.iter().zip(&theirs).enumerate() {
                     // Rounding of points of size 6, times the speed of each differentiation.
                     let slack = 1e-14 * speed.abs().powi([0, 1, 1, 2, 2, 2][order]).max(1.0);
-                    let apart = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
-                    assert!(apart < slack, "{} {coarse:?} order {order}: {apart:e}", shape.name);
+                    let is_near = (0..3).all(|k| (a[k] - b[k]).abs() < slack);
+                    assert!(is_near, "{} {coarse:?} order {order}: {a:?} {b:?}", shape.name);
                 }
             }
         }
