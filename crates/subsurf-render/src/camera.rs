@@ -211,7 +211,8 @@ mod tests {
                 for &p in &points {
                     assert!(lens.depth(p.into()) > 0.0);
                     for x in lens.project(p.into()) {
-                        extreme = extreme.max((x - 0.5).abs());
+                        let off = (x - 0.5).abs();
+                        extreme = if off > extreme || off.is_nan() { off } else { extreme };
                     }
                 }
                 // Single-precision projection of coordinates of order 100.

@@ -1,6 +1,6 @@
 //! `--normals` and what goes with it, in every verb that has it.
 
-use crate::program::{Folder, data, mesh};
+use crate::program::{Folder, data, mesh, worse};
 use subsurf::{
     Averaging, Blend, Face, Location, NormalField, PatchTable, Power, Scheme, ShadingNormals, ShadingOptions,
 };
@@ -30,7 +30,7 @@ fn normal(row: &[String]) -> Vec<f64> {
 }
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, worse)
 }
 
 #[test]

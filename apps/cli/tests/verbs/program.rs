@@ -119,8 +119,13 @@ pub fn mesh(text: &str) -> subsurf_io::Scene {
     subsurf_io::read_obj(text.as_bytes(), "output", &subsurf_io::ReadOptions::default()).unwrap()
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// Largest distance of points in order.
 pub fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).abs())).fold(0.0, f64::max)
+    a.iter().zip(b).flat_map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).abs())).fold(0.0, worse)
 }

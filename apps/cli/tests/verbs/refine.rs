@@ -1,4 +1,4 @@
-use crate::program::{Folder, data, distance, mesh};
+use crate::program::{Folder, data, distance, mesh, worse};
 use subsurf_io::Scene;
 
 #[test]
@@ -7,7 +7,7 @@ fn a_cube_refines_to_its_published_points_in_order() {
     let json = folder.run(&format!("refine {} -l 1 -o out.obj --precision f64 --json", data("cube.obj"))).done().json();
     assert_eq!((&json["vertices"], &json["edges"], &json["faces"]), (&26.into(), &48.into(), &24.into()));
     let scene = mesh(&folder.text("out.obj"));
-    let size = |p: &[f64; 3]| p.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let size = |p: &[f64; 3]| p.iter().map(|x| x.abs()).fold(0.0, worse);
     assert!(scene.positions[..8].iter().all(|p| (size(p) - 5.0 / 9.0).abs() < 1e-15));
     assert!(scene.positions[8..14].iter().all(|p| size(p) == 1.0));
     assert!(scene.positions[14..].iter().all(|p| size(p) == 0.75));
@@ -107,7 +107,7 @@ fn texture_coordinates_are_refined_and_go_on_with_the_same_channel() {
         let again = refine("one.obj", 1, "again.obj");
         let (a, b) = (flat(&again), flat(&two));
         assert_eq!(a.len(), b.len(), "{rule}");
-        let apart = a.iter().zip(&b).map(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs()).fold(0.0, f64::max);
+        let apart = a.iter().zip(&b).map(|(a, b)| (a[0] - b[0]).abs() + (a[1] - b[1]).abs()).fold(0.0, worse);
         assert!(apart < 1e-14, "{rule}: {apart:e}");
     }
 }
