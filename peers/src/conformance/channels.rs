@@ -3,6 +3,7 @@
 
 use super::place::places;
 use super::variants::{Variant, scheme_name};
+use super::vector::worse;
 use crate::opensubdiv::{self, limit_channel, refine_channel, takes_one_value_for_two};
 use crate::shape::Shape;
 use std::collections::BTreeMap;
@@ -110,12 +111,13 @@ fn compare(shape: &Shape, name: &str, group: &mut Group, faults: &mut Vec<String
         let ours = at_corners(&level, &values);
         let theirs = theirs.at_corners();
         let far = ours.iter().zip(&theirs).map(|(a, b)| apart(a, b) / diagonal);
-        let (corner, worst) = far.enumerate().fold((0, 0.0), |worst, (i, d)| if d > worst.1 { (i, d) } else { worst });
+        let farthest = far.enumerate().fold((0, 0.0), |a, b| if b.1 > a.1 || b.1.is_nan() { b } else { a });
+        let (corner, worst) = farthest;
         let (slot, bound) =
             if fractions { (&mut group.worst_fraction, FRACTION_BOUND) } else { (&mut group.worst, BOUND) };
-        *slot = slot.max(worst);
+        *slot = worse(*slot, worst);
         group.corners += ours.len();
-        if worst > bound || ours.len() != theirs.len() {
+        if worst.is_nan() || worst > bound || ours.len() != theirs.len() {
             let (a, b) = (ours.get(corner), theirs.get(corner));
             faults.push(format!("{name}, level {} corner {corner}: ours {a:?}, theirs {b:?}", level.depth()));
             return Ok(());
@@ -164,8 +166,8 @@ fn limits(
                 continue;
             }
             group.limits_differing += 1;
-            group.limits_apart = group.limits_apart.max(far);
-            if !decayed {
+            group.limits_apart = worse(group.limits_apart, far);
+            if !decayed && !far.is_nan() {
                 continue;
             }
             group.limits_judged += 1;
@@ -173,9 +175,9 @@ fn limits(
             let child = (LIMIT_LEVEL..finest).fold(f, |f, _| 4 * f + corner);
             let deep = last[sides * child + corner];
             let (ours_off, theirs_off) = (apart(&ours, &deep) / diagonal, apart(&theirs, &deep) / diagonal);
-            group.ours_off = group.ours_off.max(ours_off);
-            group.theirs_off = group.theirs_off.max(theirs_off);
-            if ours_off > theirs_off {
+            group.ours_off = worse(group.ours_off, ours_off);
+            group.theirs_off = worse(group.theirs_off, theirs_off);
+            if ours_off.is_nan() || ours_off > theirs_off {
                 faults.push(format!(
                     "{name}, limit at face {f} corner {corner}: off by {ours_off:.1e}, {theirs_off:.1e}"
                 ));
@@ -221,7 +223,7 @@ impl Group {
             (&mut self.ours_off, from.ours_off),
             (&mut self.theirs_off, from.theirs_off),
         ] {
-            *to = to.max(from);
+            *to = worse(*to, from);
         }
     }
 }

@@ -22,7 +22,7 @@ const DEEPEST: usize = 90;
 #[derive(Default)]
 pub struct Limits {
     pub tallies: Tallies,
-    /// Samples where one side has a surface and the other none.
+    /// Samples where one side has a surface and the other none, or ours has a value that is no number.
     pub one_sided: Vec<String>,
     /// Shapes for whose `Limit` OpenSubdiv must not be asked.
     pub not_run: Vec<String>,
@@ -195,6 +195,11 @@ impl Run<'_> {
         let mut differing: Vec<(Key, f64, usize)> = vec![];
         for (i, pair) in pairs.iter().enumerate() {
             for quantity in Quantity::ALL {
+                // Any number is at no distance from itself.
+                if pair.ours.apart(&pair.ours, quantity, self.diagonal).is_some_and(f64::is_nan) {
+                    let (name, quantity) = (self.variant.name(), quantity.name());
+                    self.out.one_sided.push(format!("{name}, {quantity} by {}: ours is no number", method.name()));
+                }
                 let Some(apart) = pair.ours.apart(&pair.theirs, quantity, self.diagonal) else { continue };
                 let threshold = quantity.threshold(self.fractions);
                 let differs = apart.is_nan() || apart > threshold;

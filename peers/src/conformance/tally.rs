@@ -1,7 +1,7 @@
 //! Counting differences: by cause, by way of evaluation, by quantity.
 
 use super::cause::Cause;
-use super::vector::{angle_deg, cross, length, sub, unit};
+use super::vector::{angle_deg, cross, length, sub, unit, worse};
 use super::witness::Witness;
 use std::collections::BTreeMap;
 
@@ -106,7 +106,7 @@ impl Value {
     pub fn apart(&self, other: &Self, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let rows = |a: &[[f64; 3]], b: &[[f64; 3]]| {
             let size = a.iter().chain(b).map(|&x| length(x)).fold(NOTHING * diagonal, f64::max);
-            a.iter().zip(b).map(|(&a, &b)| length(sub(a, b))).fold(0.0, f64::max) / size
+            a.iter().zip(b).map(|(&a, &b)| length(sub(a, b))).fold(0.0, worse) / size
         };
         match quantity {
             Quantity::Position => Some(length(sub(self.position, other.position)) / diagonal),
@@ -131,7 +131,7 @@ impl Value {
     pub fn off_witness(&self, witness: &Witness, quantity: Quantity, diagonal: f64) -> Option<f64> {
         let relative = |ours: [[f64; 3]; 2], truth: [[f64; 3]; 2], least: f64| {
             let size = truth.iter().map(|&x| length(x)).fold(least.max(NOTHING * diagonal), f64::max);
-            ours.iter().zip(truth).map(|(&a, b)| length(sub(a, b))).fold(0.0, f64::max) / size
+            ours.iter().zip(truth).map(|(&a, b)| length(sub(a, b))).fold(0.0, worse) / size
         };
         match quantity {
             Quantity::Position => Some(length(sub(self.position, witness.limit())) / diagonal),
@@ -206,9 +206,9 @@ impl Tally {
         self.judged += from.judged;
         self.agreeing = self.agreeing.max(from.agreeing);
         self.agreeing_exactly = self.agreeing_exactly.max(from.agreeing_exactly);
-        self.worst = self.worst.max(from.worst);
-        self.ours_off = self.ours_off.max(from.ours_off);
-        self.theirs_off = self.theirs_off.max(from.theirs_off);
+        self.worst = worse(self.worst, from.worst);
+        self.ours_off = worse(self.ours_off, from.ours_off);
+        self.theirs_off = worse(self.theirs_off, from.theirs_off);
         self.lost.extend(from.lost);
         let rank = |c: &Option<Case>| c.as_ref().map(|c| (c.own, c.difference));
         if rank(&from.case) > rank(&self.case) {
@@ -232,7 +232,7 @@ impl Tallies {
         tally.samples += 1;
         if differs {
             tally.differing += 1;
-            tally.worst = tally.worst.max(apart);
+            tally.worst = worse(tally.worst, apart);
         } else {
             tally.agreeing = tally.agreeing.max(apart);
             if !fractions {
@@ -248,8 +248,8 @@ impl Tallies {
         let (Some(ours), Some(theirs)) = (off(&case.ours), off(&case.theirs)) else { return };
         let tally = self.0.entry(key).or_default();
         tally.judged += 1;
-        tally.ours_off = tally.ours_off.max(ours);
-        tally.theirs_off = tally.theirs_off.max(theirs);
+        tally.ours_off = worse(tally.ours_off, ours);
+        tally.theirs_off = worse(tally.theirs_off, theirs);
         if theirs < ours - quantity.slack(case.fractions) {
             tally.lost.push(format!("{}: ours off by {ours:.2e}, theirs by {theirs:.2e}", case.place));
         }

@@ -17,6 +17,11 @@ pub fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
     (n > 0.0 && n.is_finite()).then(|| a.map(|x| x / n))
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// Between unit vectors, in degrees; exact for small angles.
 pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();

@@ -191,14 +191,19 @@ impl Context<'_> {
     }
 }
 
+/// The larger of two errors; none is larger than one that is not a number.
+fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
 /// A remark where two lists of points differ by more than single precision explains, as multiples of the mesh's size.
 fn agreement(case: &Case, ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> String {
     if ours.len() != theirs.len() {
         return format!("has {} points, ours {}", theirs.len(), ours.len());
     }
-    let apart = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    let most = ours.iter().zip(theirs).map(apart).fold(0.0, f32::max);
-    remark(f64::from(most) / case.shape.diagonal())
+    let pairs = ours.as_flattened().iter().zip(theirs.as_flattened());
+    let most = pairs.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, worse);
+    remark(most / case.shape.diagonal())
 }
 
 /// The same for lists in different orders: their means, and the means of their squares.
@@ -220,7 +225,7 @@ fn moments(points: &[[f32; 3]]) -> [f64; 6] {
 }
 
 fn moments_apart(ours: &[f64], theirs: &[f64]) -> f64 {
-    ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, worse)
 }
 
 /// Sums of a few dozen terms in single precision stay below a few of its units, of which there are 2²³ in 1.

@@ -8,7 +8,7 @@ use super::super::rivals::uniform::Uniform;
 use super::super::{floor, ours};
 use super::refine::counter;
 use super::tessellate::limit;
-use super::{Context, Emit};
+use super::{Context, Emit, worse};
 use std::cell::RefCell;
 
 const FRAMES: usize = 4;
@@ -69,7 +69,7 @@ fn apart(ours: &[[f64; 3]], theirs: &[[f64; 3]]) -> f64 {
         return f64::INFINITY;
     }
     let both = ours.as_flattened().iter().zip(theirs.as_flattened());
-    both.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    both.map(|(a, b)| (a - b).abs()).fold(0.0, worse)
 }
 
 fn tessellate(context: &Context<'_>, level: u32, emit: Emit<'_>) -> Result<(), String> {
