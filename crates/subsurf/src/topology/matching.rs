@@ -2,7 +2,8 @@
 //!
 //! Threads share the faces: each scans its own and files every edge under one of its ends, in a short chain of the edges that are
 //! met there. Then the chains at vertices that several have met are [put together](joined). So there is nothing to sort and nothing
-//! to lock, nobody looks at all faces, and the result does not depend on the number of threads.
+//! to lock, nobody looks at all faces, and the result does not depend on the number of threads. Only where faces of several threads
+//! meet in an edge that is not manifold does one thread do it all again.
 
 mod joined;
 mod share;
@@ -127,7 +128,9 @@ impl Matching {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::ControlMesh;
     use crate::shapes;
+    use crate::tags::Tags;
 
     /// Everything that is asked of a matching.
     #[derive(PartialEq, Debug)]
@@ -181,6 +184,33 @@ mod tests {
 
     fn faces(shape: &shapes::Shape) -> Vec<Vec<u32>> {
         shape.mesh.faces().map(<[u32]>::to_vec).collect()
+    }
+
+    /// How many threads found the edges in the end.
+    fn threads_that_serve(faces: &[Vec<u32>], threads: usize) -> usize {
+        let mesh = ControlMesh::new(faces, Tags::default()).unwrap();
+        let face = FaceOf::new(mesh.face_offsets());
+        let (vertex_count, face_offset, origin) = (mesh.vertex_count(), mesh.face_offsets(), mesh.corners());
+        Matching::with_threads(FaceList { vertex_count, face_offset, origin, face: &face }, threads).shares.len()
+    }
+
+    #[test]
+    fn one_thread_does_the_work_of_several_only_where_edges_are_odd_between_them() {
+        for (name, list) in [("grid", faces(&shapes::grid(30, 30))), ("pole", faces(&shapes::cone(300)))] {
+            assert_eq!(threads_that_serve(&list, 3), 3, "{name}");
+            // Neighbours far from one another in the list.
+            let scattered: Vec<_> = (0..7).flat_map(|k| list.iter().skip(k).step_by(7).cloned()).collect();
+            assert_eq!(threads_that_serve(&scattered, 3), 3, "{name}, scattered");
+            is_the_same_for_any_number_of_threads(name, &scattered);
+            // Three faces at an edge, among the faces of one thread, then of two.
+            let mut odd = list.clone();
+            odd.insert(11, list[10].clone());
+            assert_eq!(threads_that_serve(&odd, 3), 3, "{name}, a face twice");
+            odd.remove(11);
+            odd.push(list[10].clone());
+            assert_eq!(threads_that_serve(&odd, 3), 1, "{name}, a face at the end too");
+            is_the_same_for_any_number_of_threads(name, &odd);
+        }
     }
 
     #[test]

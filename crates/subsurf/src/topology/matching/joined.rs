@@ -1,7 +1,6 @@
 //! The edges of several shares as if one had met them all.
 
 use super::super::NONE;
-use super::super::build::filled;
 use super::FaceList;
 use super::share::{Own, Share};
 use rayon::prelude::*;
@@ -18,7 +17,7 @@ struct Common {
 /// There is nothing to be had where an edge with faces of several shares is not simply one of two faces in opposite directions:
 /// what becomes of it depends on all its faces in turn. Shares and notes are as before then.
 pub(super) fn join(list: FaceList<'_>, shares: &mut [Share], owns: &mut [Own<'_>]) -> Option<Vec<u32>> {
-    let mut first_outgoing = filled(list.vertex_count, NONE);
+    let mut first_outgoing = subsurf_memory::zeroed(list.vertex_count);
     let blocks = first_outgoing.par_chunks_mut(BLOCK).enumerate();
     let found = blocks.map(|(block, outgoing)| common_edges(shares, owns, (block * BLOCK) as u32, outgoing));
     let mut common = found.try_reduce(Vec::new, |a, b| Some([a, b].into_iter().flatten().collect()))?;
@@ -68,30 +67,33 @@ pub(super) fn join(list: FaceList<'_>, shares: &mut [Share], owns: &mut [Own<'_>
 }
 
 /// Vertices that are looked at together.
-const BLOCK: usize = 1 << 13;
+const BLOCK: usize = 1 << 12;
 
 /// The edges of several shares that are filed under the vertices of a block, which begins with vertex `start`, and the first outgoing
 /// half-edges of these. None if an edge is no simple one.
 fn common_edges(shares: &[Share], owns: &[Own<'_>], start: u32, outgoing: &mut [u32]) -> Option<Vec<Common>> {
     let end = start + outgoing.len() as u32;
+    outgoing.fill(NONE);
+    // By vertex, how many shares have edges there: all at once, since most vertices have one.
+    let mut count = [0u8; BLOCK];
     let mut near = Vec::new();
     for (i, share) in shares.iter().enumerate() {
         let (from, to) = (share.vertices.start.max(start), share.vertices.end.min(end));
         if from < to {
-            let theirs = &share.outgoing[(from - share.vertices.start) as usize..(to - share.vertices.start) as usize];
-            let ours = &mut outgoing[(from - start) as usize..(to - start) as usize];
-            ours.iter_mut().zip(theirs).for_each(|(a, &b)| *a = b.min(*a));
+            let [ours, theirs] =
+                [start, share.vertices.start].map(|start| (from - start) as usize..(to - start) as usize);
+            let pairs = outgoing[ours.clone()].iter_mut().zip(&share.outgoing[theirs.clone()]);
+            pairs.for_each(|(a, &b)| *a = b.min(*a));
+            let pairs = count[ours].iter_mut().zip(&share.head[theirs]);
+            pairs.for_each(|(count, &head)| *count = count.saturating_add(u8::from(head != NONE)));
             near.push(i);
         }
     }
     let mut common = Vec::new();
-    if near.len() < 2 {
-        return Some(common);
-    }
     let mut present = Vec::with_capacity(near.len());
-    for v in start..end {
+    for (v, _) in (start..end).zip(&count).filter(|(_, count)| **count > 1) {
         present.clear();
-        present.extend(near.iter().copied().filter(|&i| shares[i].head(v) != NONE));
+        present.extend(near.iter().copied().filter(|&i| shares[i].first_at(v) != NONE));
         for (n, &later) in present.iter().enumerate().skip(1) {
             for edge in shares[later].chain(v) {
                 common.extend(in_earlier(shares, owns, &present[..n], (later, edge))?);

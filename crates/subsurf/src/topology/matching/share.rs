@@ -69,7 +69,7 @@ pub(super) struct Share {
     /// By vertex, its first outgoing half-edge.
     pub outgoing: Vec<u32>,
     /// By vertex, the first edge of its chain: the edges that are filed under it.
-    head: Vec<u32>,
+    pub head: Vec<u32>,
     /// By edge, the next one of its chain.
     next: Vec<u32>,
     /// By edge, from where to where its leader runs.
@@ -248,14 +248,14 @@ impl Share {
 
     /// The first edge that is filed under a vertex, or [`NONE`].
     #[inline(always)]
-    pub fn head(&self, v: u32) -> u32 {
+    pub fn first_at(&self, v: u32) -> u32 {
         self.head.get(v.wrapping_sub(self.vertices.start) as usize).map_or(NONE, |&head| head)
     }
 
     /// The edges that are filed under a vertex, but for crowded ones.
     pub fn chain(&self, v: u32) -> impl Iterator<Item = u32> {
         let listed = |edge: u32| (edge != NONE).then_some(edge);
-        std::iter::successors(listed(self.head(v)), move |&edge| listed(self.next[edge as usize]))
+        std::iter::successors(listed(self.first_at(v)), move |&edge| listed(self.next[edge as usize]))
     }
 
     /// The edges at vertices whose chains are full.
