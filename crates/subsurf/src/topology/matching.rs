@@ -196,7 +196,10 @@ mod tests {
 
     #[test]
     fn one_thread_does_the_work_of_several_only_where_edges_are_odd_between_them() {
-        for (name, list) in [("grid", faces(&shapes::grid(30, 30))), ("pole", faces(&shapes::cone(300)))] {
+        let mut pole = faces(&shapes::cone(300));
+        // Without its base, whose edges lie at all the others.
+        pole.pop();
+        for (name, list) in [("grid", faces(&shapes::grid(30, 30))), ("pole", pole)] {
             assert_eq!(threads_that_serve(&list, 3), 3, "{name}");
             // Neighbours far from one another in the list.
             let scattered: Vec<_> = (0..7).flat_map(|k| list.iter().skip(k).step_by(7).cloned()).collect();
