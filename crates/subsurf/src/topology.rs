@@ -40,6 +40,7 @@ use crate::index::{Edge, Face, HalfEdge, Vertex};
 use crate::mesh::{ControlMesh, MeshError};
 use crate::tags::{INFINITE_SHARPNESS, Rules};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Absent half-edge in the packed tables; never leaves this module and its children.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -298,6 +299,16 @@ impl Topology {
             return list;
         }
         &self.sharp_edges[self.sharp_offset[v.index()] as usize..self.sharp_offset[v.index() + 1] as usize]
+    }
+
+    /// True where these vertices are manifold and neither they nor edges at them are sharp; false also where a table was edited or cut
+    /// out, so that each vertex must be looked at.
+    pub(crate) fn nothing_is_sharp(&self, vertices: Range<usize>) -> bool {
+        self.sharp_offset[vertices.start] == self.sharp_offset[vertices.end]
+            && self.edits.is_empty()
+            && self.foreign_sharpness.is_empty()
+            && !self.vertex_sharpness.is_any_sharp(vertices.clone())
+            && !self.vertex_non_manifold[vertices].contains(&true)
     }
 
     /// Sharpness of edges at `v` that this cut-out table does not hold.

@@ -59,7 +59,11 @@ impl<'a> FanClasses<'a> {
         let valence = &fans.valence[..];
         let mut all = Self { valence, row: Vec::new(), classes: Vec::new() };
         let is_local = t.interpolation == Interpolation::Smooth && t.rules().creasing == Creasing::Uniform;
-        let others: Vec<u32> = (0..valence.len()).filter(|&v| valence[v] == 0).map(|v| v as u32).collect();
+        // Most blocks have none.
+        let blocks = valence.chunks(64).zip((0u32..).step_by(64)).filter(|(block, _)| block.contains(&0));
+        let of_block =
+            |(block, first): (&'a [u8], u32)| block.iter().zip(first..).filter(|(valence, _)| **valence == 0);
+        let others: Vec<u32> = blocks.flat_map(of_block).map(|(_, v)| v).collect();
         // Else far ends of edges have a say, or boundaries do.
         if !is_local || others.is_empty() {
             return all;

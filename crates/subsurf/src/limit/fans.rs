@@ -21,6 +21,9 @@ pub(super) struct Fans {
 /// Vertices that a thread takes at a time.
 const SHARE: usize = 1 << 13;
 
+/// Vertices that are looked at together: in most meshes most of them have nothing that is sharp.
+const BLOCK: usize = 128;
+
 impl Fans {
     /// `sizes` as the topology was built with, or none.
     pub fn new(t: &Topology, mut sizes: Vec<FanSize>) -> Self {
@@ -38,8 +41,20 @@ impl Fans {
                 }
             }
         }
-        let mut valence = subsurf_memory::with_capacity(sizes.len());
-        vertices().map(|v| smooth_valence(t, v, sizes[v.index()]).unwrap_or(0)).collect_into_vec(&mut valence);
+        let mut valence = subsurf_memory::zeroed(sizes.len());
+        let blocks = valence.par_chunks_mut(BLOCK).zip(sizes.par_chunks(BLOCK)).enumerate().with_min_len(SHARE / BLOCK);
+        blocks.for_each(|(block, (valence, sizes))| {
+            let first = block * BLOCK;
+            let entries = valence.iter_mut().zip(sizes);
+            if t.nothing_is_sharp(first..first + sizes.len()) {
+                entries.for_each(|(valence, &size)| *valence = readable_valence(size).unwrap_or(0));
+            } else {
+                let vertices = (first as u32..).map(Vertex);
+                entries
+                    .zip(vertices)
+                    .for_each(|((valence, &size), v)| *valence = smooth_valence(t, v, size).unwrap_or(0));
+            }
+        });
         Self { sizes, valence, points }
     }
 
@@ -53,8 +68,14 @@ impl Fans {
 /// Valence of a smooth vertex, where it is neither too small nor too large for rings to be read directly.
 #[inline]
 pub(super) fn smooth_valence(t: &Topology, v: Vertex, size: FanSize) -> Option<u8> {
-    let valence = size.closed_quads().filter(|&valence| VALENCES.contains(&(valence as u32)))?;
+    let valence = readable_valence(size)?;
     let is_sharp = t.vertex_sharpness.code(v.index()) != 0 || !t.sharp_edges(v).is_empty();
     let is_odd = t.vertex_non_manifold[v.index()] || !t.foreign_sharpness(v).is_empty();
-    (!is_sharp && !is_odd).then_some(valence as u8)
+    (!is_sharp && !is_odd).then_some(valence)
+}
+
+/// The same where there is nothing sharp.
+#[inline]
+fn readable_valence(size: FanSize) -> Option<u8> {
+    size.closed_quads().filter(|&valence| VALENCES.contains(&(valence as u32))).map(|valence| valence as u8)
 }

@@ -29,6 +29,7 @@ use crate::topology::{FaceOf, SharpnessColumn, Topology};
 use fans::{FanTables, Fans};
 use first_step::FirstStep;
 use layout::Layout;
+use rayon::prelude::*;
 use rules::{Creases, RowGrid, rounded};
 use squares::{Frames, Squares, Tables, flags, has_fan, is_early, rings};
 use starts::Starts;
@@ -211,15 +212,23 @@ fn is_plain(t: &Topology, scheme: Scheme) -> bool {
     let mut values = t.edge_sharpness.distinct();
     let is_uniform = t.rules().creasing == Creasing::Uniform || values.next().is_none();
     let holds_all = t.foreign_sharpness.is_empty() && t.across_seam.is_empty() && t.far_half.is_empty();
-    let has_loops = t.edge_vertices.iter().any(|[a, b]| a == b);
+    // Blocks as a whole: hardly a mesh has any.
+    let is_loop = |edges: &[[u32; 2]]| edges.iter().fold(false, |found, [a, b]| found | (a == b));
+    let has_loops = t.edge_vertices.par_chunks(EDGES).any(is_loop);
     t.edits.leave_no_gaps() && (is_linear(t, scheme) || is_uniform && holds_all && !has_loops)
 }
 
 /// Vertices that do not follow the smooth rule at level 0, and so perhaps not below.
 fn special_vertices(t: &Topology) -> Vec<u32> {
     let is_special = |v: &u32| t.vertex_sharpness(Vertex(*v)) > 0.0 || t.sharp_edges(Vertex(*v)).len() > 1;
-    (0..t.vertex_count() as u32).filter(is_special).collect()
+    let block = |first: usize| first..(first + VERTICES).min(t.vertex_count());
+    let blocks = (0..t.vertex_count()).step_by(VERTICES).map(block).filter(|block| !t.nothing_is_sharp(block.clone()));
+    blocks.flatten().map(|v| v as u32).filter(is_special).collect()
 }
+
+/// Edges that a thread looks at together, and vertices.
+const EDGES: usize = 1 << 14;
+const VERTICES: usize = 128;
 
 /// Sharpness one level down.
 fn decayed(column: &SharpnessColumn) -> SharpnessColumn {

@@ -12,7 +12,6 @@ use crate::mesh::{ControlMesh, MeshError, clamp_sharpness};
 use crate::tags::{Boundary, INFINITE_SHARPNESS, Tags};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::AtomicU32;
 
 pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
     let face_offset = copied(mesh.face_offsets());
@@ -27,7 +26,7 @@ pub(super) fn from_mesh(mesh: &ControlMesh) -> Result<Topology, MeshError> {
         let [a, b] = c.vertices;
         creased.push(matching.find(a, b).ok_or(MeshError::CreaseNotOnEdge { crease, a, b })?);
     }
-    let edges = matching.take_edges(list);
+    let edges = matching.take_edges();
     let mut edge_sharpness = SharpnessColumn::smooth(edges.vertices.len());
     for (h, c) in creased.into_iter().zip(creases) {
         edge_sharpness.set(edges.of_half_edge[h as usize] as usize, clamp_sharpness(c.sharpness));
@@ -124,13 +123,6 @@ fn copied(numbers: &[u32]) -> Vec<u32> {
 pub(super) fn filled<T: Clone>(len: usize, value: T) -> Vec<T> {
     let mut out = subsurf_memory::with_capacity(len);
     out.resize(len, value);
-    out
-}
-
-/// As many numbers that threads may write to.
-pub(super) fn shared(len: usize, value: u32) -> Vec<AtomicU32> {
-    let mut out = subsurf_memory::with_capacity(len);
-    (0..len).into_par_iter().with_min_len(SHARE).map(|_| AtomicU32::new(value)).collect_into_vec(&mut out);
     out
 }
 

@@ -1,33 +1,30 @@
 //! Which half-edges lie on one edge: found in one scan over the faces, in linear time.
 //!
-//! Every edge is filed under one of its ends, in a short chain of the edges that are met there. Threads share the work by
-//! vertices: each scans the faces in order and files what belongs to its own range of vertices; pieces of the face list
-//! that name none of those are skipped. So there is nothing to sort and nothing to lock, and the result does not depend on
-//! the number of threads. One thread alone meets edges in the order in which they are numbered, and numbers them in passing.
+//! Threads share the faces: each scans its own and files every edge under one of its ends, in a short chain of the edges that are
+//! met there. Then the chains at vertices that several have met are [put together](joined). So there is nothing to sort and nothing
+//! to lock, nobody looks at all faces, and the result does not depend on the number of threads. Only where faces of several threads
+//! meet in an edge that is not manifold does one thread do it all again.
 
-use super::build::{filled, shared};
+mod joined;
+mod share;
+
+use super::FaceOf;
 use super::edges::Edges;
-use super::{FaceOf, NONE};
-use crate::limit::KeyHasher;
 use rayon::prelude::*;
-use std::cell::Cell;
-use std::collections::{BTreeMap, HashMap};
-use std::hash::BuildHasherDefault;
+use share::{Own, Share};
 use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// The edges of a list of faces. The *leader* of an edge is its first half-edge.
 pub(super) struct Matching {
-    /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`].
+    /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`](super::NONE).
     pub twin: Vec<u32>,
     /// First outgoing half-edge of every vertex.
     pub first_outgoing: Vec<u32>,
-    /// Half-edges of non-manifold edges but the leaders, ascending, with their leaders.
-    pub followers: Vec<(u32, u32)>,
     /// Leaders of non-manifold edges, ascending, and whether the edge has one face only.
     pub non_manifold: Vec<(u32, bool)>,
-    /// Numbers of edges by half-edge, where one share holds all edges; else empty.
+    /// Number of the edge of every half-edge.
     edge: Vec<u32>,
+    /// The first one holds all edges by number.
     shares: Vec<Share>,
 }
 
@@ -40,8 +37,6 @@ pub(super) struct FaceList<'a> {
     pub face: &'a FaceOf,
 }
 
-/// Faces whose vertices are looked at together when work is shared out.
-const PIECE: usize = 1024;
 /// Fewer half-edges than this are one thread's work.
 const FEW: usize = 1 << 14;
 
@@ -66,253 +61,21 @@ impl FaceList<'_> {
         }
     }
 
-    fn pieces(&self) -> impl IndexedParallelIterator<Item = Range<usize>> + use<> {
-        let faces = self.face_offset.len() - 1;
-        (0..faces.div_ceil(PIECE)).into_par_iter().map(move |p| p * PIECE..((p + 1) * PIECE).min(faces))
+    fn face_count(&self) -> usize {
+        self.face_offset.len() - 1
     }
-}
 
-/// The end of an edge that it is filed under, then the other. Either end has its turn, so that neither order of numbers nor
-/// large valence loads one range with most edges.
-#[inline(always)]
-fn filed(a: u32, b: u32) -> (u32, u32) {
-    if (a ^ b) & 1 == u32::from(a < b) { (b, a) } else { (a, b) }
-}
-
-/// Where what is found about half-edges is noted.
-trait Notes {
-    fn twin(&self, h: u32) -> u32;
-    fn set_twin(&self, h: u32, twin: u32);
-    /// The edge of a half-edge, by its number within the share.
-    fn set_edge(&self, h: u32, edge: u32);
-}
-
-/// By one thread for all half-edges.
-struct Alone<'a> {
-    twin: &'a [Cell<u32>],
-    edge: &'a [Cell<u32>],
-}
-
-impl Notes for Alone<'_> {
-    #[inline(always)]
-    fn twin(&self, h: u32) -> u32 {
-        self.twin[h as usize].get()
+    fn half_edges(&self, faces: &Range<usize>) -> Range<usize> {
+        self.face_offset[faces.start] as usize..self.face_offset[faces.end] as usize
     }
-    #[inline(always)]
-    fn set_twin(&self, h: u32, twin: u32) {
-        self.twin[h as usize].set(twin);
-    }
-    #[inline(always)]
-    fn set_edge(&self, h: u32, edge: u32) {
-        self.edge[h as usize].set(edge);
-    }
-}
 
-/// By several threads, none of which writes where another reads. Numbers within shares are not kept.
-struct Together<'a> {
-    twin: &'a [AtomicU32],
-}
-
-impl Notes for Together<'_> {
-    #[inline(always)]
-    fn twin(&self, h: u32) -> u32 {
-        self.twin[h as usize].load(Relaxed)
-    }
-    #[inline(always)]
-    fn set_twin(&self, h: u32, twin: u32) {
-        self.twin[h as usize].store(twin, Relaxed);
-    }
-    #[inline(always)]
-    fn set_edge(&self, _: u32, _: u32) {}
-}
-
-/// The edges that are filed under one range of vertices, numbered as they are met.
-struct Share {
-    vertices: Range<u32>,
-    /// By vertex, the first edge of its chain.
-    head: Vec<u32>,
-    /// By edge, the next one of its chain.
-    next: Vec<u32>,
-    ends: Vec<[u32; 2]>,
-    leader: Vec<u32>,
-    /// Edges at vertices whose chains are full.
-    crowded: HashMap<(u32, u32), u32, BuildHasherDefault<KeyHasher>>,
-    /// Non-manifold edges but those with equal ends.
-    unusual: BTreeMap<u32, Unusual>,
-    followers: Vec<(u32, u32)>,
-    non_manifold: Vec<(u32, bool)>,
-}
-
-struct Unusual {
-    faces: u32,
-    last_face: u32,
-}
-
-/// Longest chain. Longer ones make poles slow, shorter ones call for the map at ordinary vertices.
-const LONGEST: usize = 24;
-
-/// Some faces, and the least and the largest of the vertices that they name.
-struct Span {
-    faces: Range<usize>,
-    least: u32,
-    most: u32,
-}
-
-/// A half-edge, its ends, and the first half-edge of its face.
-#[derive(Clone, Copy)]
-struct Side {
-    h: u32,
-    a: u32,
-    b: u32,
-    first: u32,
-}
-
-impl Share {
-    /// Files what begins or ends in `vertices`; `outgoing` are the first outgoing half-edges of these.
-    fn new(list: FaceList<'_>, vertices: Range<u32>, spans: &[Span], notes: &impl Notes, outgoing: &mut [u32]) -> Self {
-        // Half of all half-edges, where there are few boundaries; more room is made when it is needed.
-        let part = vertices.len() as f64 / list.vertex_count.max(1) as f64;
-        let edges = (0.52 * part * list.origin.len() as f64) as usize;
-        let mut share = Self {
-            head: filled(vertices.len(), NONE),
-            next: subsurf_memory::with_capacity(edges),
-            ends: subsurf_memory::with_capacity(edges),
-            leader: subsurf_memory::with_capacity(edges),
-            crowded: HashMap::default(),
-            unusual: BTreeMap::new(),
-            followers: Vec::new(),
-            non_manifold: Vec::new(),
-            vertices,
+    /// All faces in so many parts of about as many half-edges.
+    fn parts(&self, parts: usize) -> Vec<Range<usize>> {
+        let bound = |k: usize| match k {
+            0 => 0,
+            _ => self.face_offset.partition_point(|&first| (first as usize) < k * self.origin.len() / parts),
         };
-        for span in spans {
-            if span.most < share.vertices.start || span.least >= share.vertices.end {
-                continue;
-            }
-            list.each(span.faces.clone(), |first, corners| {
-                let mut a = corners[0];
-                for i in 0..corners.len() {
-                    let b = if i + 1 == corners.len() { corners[0] } else { corners[i + 1] };
-                    share.visit(list, Side { h: first + i as u32, a, b, first }, notes, outgoing);
-                    a = b;
-                }
-            });
-        }
-        for (&edge, state) in &share.unusual {
-            share.non_manifold.push((share.leader[edge as usize], state.faces < 2));
-        }
-        share
-    }
-
-    /// Takes in a half-edge.
-    #[inline(always)]
-    fn visit(&mut self, list: FaceList<'_>, side: Side, notes: &impl Notes, outgoing: &mut [u32]) {
-        let Side { h, a, b, .. } = side;
-        let start = self.vertices.start;
-        if let Some(outgoing) = outgoing.get_mut(a.wrapping_sub(start) as usize) {
-            *outgoing = h.min(*outgoing);
-        }
-        let (own, other) = filed(a, b);
-        let Some(&head) = self.head.get(own.wrapping_sub(start) as usize) else { return };
-        if a == b {
-            // Both ends equal: an edge of its own, whatever else there is.
-            return self.add_own(side, notes);
-        }
-        let (mut edge, mut length) = (head, 0);
-        while edge != NONE {
-            let [c, d] = self.ends[edge as usize];
-            if c ^ d == a ^ b {
-                return self.join(list, side, edge, notes);
-            }
-            edge = self.next[edge as usize];
-            length += 1;
-        }
-        if length >= LONGEST {
-            return self.visit_crowded(list, side, (own, other), notes);
-        }
-        self.head[(own - start) as usize] = self.next.len() as u32;
-        self.push(side, head, notes);
-    }
-
-    /// Adds an edge.
-    #[inline(always)]
-    fn push(&mut self, Side { h, a, b, .. }: Side, next: u32, notes: &impl Notes) {
-        notes.set_twin(h, NONE);
-        notes.set_edge(h, self.next.len() as u32);
-        self.next.push(next);
-        self.ends.push([a, b]);
-        self.leader.push(h);
-    }
-
-    /// The same where the chain is full.
-    #[cold]
-    fn visit_crowded(&mut self, list: FaceList<'_>, side: Side, ends: (u32, u32), notes: &impl Notes) {
-        match self.crowded.get(&ends) {
-            Some(&edge) => self.join(list, side, edge, notes),
-            None => {
-                self.crowded.insert(ends, self.next.len() as u32);
-                self.push(side, NONE, notes);
-            }
-        }
-    }
-
-    /// Takes in a further half-edge of an edge.
-    #[inline(always)]
-    fn join(&mut self, list: FaceList<'_>, side: Side, edge: u32, notes: &impl Notes) {
-        let leader = self.leader[edge as usize];
-        let is_other_side = self.ends[edge as usize][0] != side.a && leader < side.first;
-        let is_single = notes.twin(leader) == NONE;
-        if is_other_side && is_single && (self.unusual.is_empty() || !self.unusual.contains_key(&edge)) {
-            notes.set_twin(leader, side.h);
-            notes.set_twin(side.h, leader);
-            notes.set_edge(side.h, edge);
-        } else {
-            self.join_unusual(list, side, edge, notes);
-        }
-    }
-
-    /// A half-edge that makes the edge non-manifold, or it was so before: it has two faces already, or `side` runs the same way, or
-    /// its last face is that of `side`, which then has an edge of its own there.
-    #[cold]
-    fn join_unusual(&mut self, list: FaceList<'_>, side: Side, edge: u32, notes: &impl Notes) {
-        let leader = self.leader[edge as usize];
-        let state = self.unusual.entry(edge).or_insert_with(|| {
-            let second = notes.twin(leader);
-            if second == NONE {
-                return Unusual { faces: 1, last_face: list.face.get(leader) };
-            }
-            notes.set_twin(leader, NONE);
-            notes.set_twin(second, NONE);
-            self.followers.push((second, leader));
-            Unusual { faces: 2, last_face: list.face.get(second) }
-        });
-        let f = list.face.get(side.h);
-        if state.last_face == f {
-            self.add_own(side, notes);
-        } else {
-            *state = Unusual { faces: state.faces + 1, last_face: f };
-            self.followers.push((side.h, leader));
-            notes.set_twin(side.h, NONE);
-            notes.set_edge(side.h, edge);
-        }
-    }
-
-    /// A half-edge with a non-manifold edge of its own.
-    #[cold]
-    fn add_own(&mut self, side: Side, notes: &impl Notes) {
-        self.push(side, NONE, notes);
-        self.non_manifold.push((side.h, true));
-    }
-
-    fn find(&self, own: u32, other: u32) -> Option<u32> {
-        let mut edge = self.head[(own - self.vertices.start) as usize];
-        while edge != NONE {
-            let [a, b] = self.ends[edge as usize];
-            if a ^ b == own ^ other {
-                return Some(self.leader[edge as usize]);
-            }
-            edge = self.next[edge as usize];
-        }
-        self.crowded.get(&(own, other)).map(|&edge| self.leader[edge as usize])
+        (0..parts).map(|k| bound(k)..if k + 1 == parts { self.face_count() } else { bound(k + 1) }).collect()
     }
 }
 
@@ -322,83 +85,58 @@ impl Matching {
         Self::with_threads(list, threads)
     }
 
-    /// The same, the vertices shared out to so many threads.
+    /// The same, the faces shared out to so many threads.
     fn with_threads(list: FaceList<'_>, threads: usize) -> Self {
         let half_edges = list.origin.len();
-        let mut first_outgoing = filled(list.vertex_count, NONE);
-        if threads == 1 {
-            let (mut twin, mut edge) = (subsurf_memory::zeroed(half_edges), subsurf_memory::zeroed(half_edges));
-            let notes = Alone {
-                twin: Cell::from_mut(&mut twin[..]).as_slice_of_cells(),
-                edge: Cell::from_mut(&mut edge[..]).as_slice_of_cells(),
-            };
-            let everything = Span { faces: 0..list.face_offset.len() - 1, least: 0, most: NONE };
-            let all = 0..list.vertex_count as u32;
-            let share = Share::new(list, all, &[everything], &notes, &mut first_outgoing);
-            return Self::of_shares(vec![share], twin, edge, first_outgoing);
+        let (mut twin, mut edge) = (subsurf_memory::zeroed(half_edges), subsurf_memory::zeroed(half_edges));
+        if threads > 1 {
+            let mut owns = Own::of_parts(list, list.parts(threads), &mut twin, &mut edge);
+            let share = |own: &mut Own<'_>| Share::new(list, own.vertices(list), own);
+            let mut shares: Vec<Share> = owns.par_iter_mut().map(share).collect();
+            if let Some(first_outgoing) = joined::join(list, &mut shares, &mut owns) {
+                return Self::of_shares(shares, twin, edge, first_outgoing);
+            }
         }
-        let span = |faces: Range<usize>| {
-            let corners = &list.origin[list.face_offset[faces.start] as usize..list.face_offset[faces.end] as usize];
-            let (least, most) = corners.iter().fold((NONE, 0), |(a, b), &v| (v.min(a), v.max(b)));
-            Span { faces, least, most }
-        };
-        let spans: Vec<Span> = list.pieces().map(span).collect();
-        let bound = |k: usize| k * list.vertex_count / threads;
-        let mut parts = Vec::with_capacity(threads);
-        let mut outgoing = &mut first_outgoing[..];
-        for k in 0..threads {
-            let own = outgoing.split_off_mut(..bound(k + 1) - bound(k)).unwrap_or_default();
-            parts.push((bound(k) as u32..bound(k + 1) as u32, own));
-        }
-        let twin = shared(half_edges, 0);
-        let notes = Together { twin: &twin };
-        let share = |(part, outgoing): (_, &mut [u32])| Share::new(list, part, &spans, &notes, outgoing);
-        let shares = parts.into_par_iter().map(share).collect();
-        let twin = twin.into_iter().map(AtomicU32::into_inner).collect();
-        Self::of_shares(shares, twin, Vec::new(), first_outgoing)
+        let mut own = Own { faces: 0..list.face_count(), first: 0, twin: &mut twin, edge: &mut edge };
+        let mut share = Share::new(list, 0..list.vertex_count as u32, &mut own);
+        let first_outgoing = std::mem::take(&mut share.outgoing);
+        Self::of_shares(vec![share], twin, edge, first_outgoing)
     }
 
     fn of_shares(mut shares: Vec<Share>, twin: Vec<u32>, edge: Vec<u32>, first_outgoing: Vec<u32>) -> Self {
-        let (mut followers, mut non_manifold) = (Vec::new(), Vec::new());
-        for share in &mut shares {
-            followers.append(&mut share.followers);
-            non_manifold.append(&mut share.non_manifold);
-        }
-        followers.sort_unstable();
+        let mut non_manifold: Vec<_> =
+            shares.iter_mut().flat_map(|share| std::mem::take(&mut share.non_manifold)).collect();
         non_manifold.sort_unstable();
-        Self { twin, first_outgoing, followers, non_manifold, edge, shares }
+        Self { twin, first_outgoing, non_manifold, edge, shares }
     }
 
     /// Leader of the first edge between `a` and `b`, before edges are taken.
     pub fn find(&self, a: u32, b: u32) -> Option<u32> {
-        let (own, other) = filed(a, b);
-        self.shares[self.shares.partition_point(|s| s.vertices.end <= own)].find(own, other)
+        // Shares come in the order of their faces.
+        self.shares.iter().find_map(|share| share.find(a, b).map(|edge| share.leader[edge as usize]))
     }
 
     /// The edges by number. What else is known of them is forgotten.
-    pub fn take_edges(&mut self, list: FaceList<'_>) -> Edges {
-        match std::mem::take(&mut self.shares).pop() {
-            Some(Share { mut ends, mut leader, .. }) if !self.edge.is_empty() => {
-                ends.shrink_to_fit();
-                leader.shrink_to_fit();
-                Edges { of_half_edge: std::mem::take(&mut self.edge), vertices: ends, half_edge: leader }
-            }
-            _ => Edges::number(list, &self.twin, &self.followers),
-        }
+    pub fn take_edges(&mut self) -> Edges {
+        let Share { mut ends, mut leader, .. } = std::mem::take(&mut self.shares).swap_remove(0);
+        ends.shrink_to_fit();
+        leader.shrink_to_fit();
+        Edges { of_half_edge: std::mem::take(&mut self.edge), vertices: ends, half_edge: leader }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::ControlMesh;
     use crate::shapes;
+    use crate::tags::Tags;
 
     /// Everything that is asked of a matching.
     #[derive(PartialEq, Debug)]
     struct Found {
         twin: Vec<u32>,
         first_outgoing: Vec<u32>,
-        followers: Vec<(u32, u32)>,
         non_manifold: Vec<(u32, bool)>,
         /// Leaders between the ends of every half-edge, from either end, and between vertices without an edge.
         found: Vec<Option<u32>>,
@@ -416,11 +154,10 @@ mod tests {
                 found.extend([matching.find(a, b), matching.find(b, a)]);
                 found.push(matching.find(a, (7 * h % list.vertex_count) as u32));
             }
-            let edges = matching.take_edges(list);
+            let edges = matching.take_edges();
             Self {
                 twin: matching.twin,
                 first_outgoing: matching.first_outgoing,
-                followers: matching.followers,
                 non_manifold: matching.non_manifold,
                 found,
                 edge_of_half_edge: edges.of_half_edge,
@@ -447,6 +184,36 @@ mod tests {
 
     fn faces(shape: &shapes::Shape) -> Vec<Vec<u32>> {
         shape.mesh.faces().map(<[u32]>::to_vec).collect()
+    }
+
+    /// How many threads found the edges in the end.
+    fn threads_that_serve(faces: &[Vec<u32>], threads: usize) -> usize {
+        let mesh = ControlMesh::new(faces, Tags::default()).unwrap();
+        let face = FaceOf::new(mesh.face_offsets());
+        let (vertex_count, face_offset, origin) = (mesh.vertex_count(), mesh.face_offsets(), mesh.corners());
+        Matching::with_threads(FaceList { vertex_count, face_offset, origin, face: &face }, threads).shares.len()
+    }
+
+    #[test]
+    fn one_thread_does_the_work_of_several_only_where_edges_are_odd_between_them() {
+        let mut pole = faces(&shapes::cone(300));
+        // Without its base, whose edges lie at all the others.
+        pole.pop();
+        for (name, list) in [("grid", faces(&shapes::grid(30, 30))), ("pole", pole)] {
+            assert_eq!(threads_that_serve(&list, 3), 3, "{name}");
+            // Neighbours far from one another in the list.
+            let scattered: Vec<_> = (0..7).flat_map(|k| list.iter().skip(k).step_by(7).cloned()).collect();
+            assert_eq!(threads_that_serve(&scattered, 3), 3, "{name}, scattered");
+            is_the_same_for_any_number_of_threads(name, &scattered);
+            // Three faces at an edge, among the faces of one thread, then of two.
+            let mut odd = list.clone();
+            odd.insert(11, list[10].clone());
+            assert_eq!(threads_that_serve(&odd, 3), 3, "{name}, a face twice");
+            odd.remove(11);
+            odd.push(list[10].clone());
+            assert_eq!(threads_that_serve(&odd, 3), 1, "{name}, a face at the end too");
+            is_the_same_for_any_number_of_threads(name, &odd);
+        }
     }
 
     #[test]

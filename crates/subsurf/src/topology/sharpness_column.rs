@@ -33,6 +33,11 @@ impl SharpnessColumn {
         self.code[i]
     }
 
+    /// True where one of these elements is not smooth.
+    pub fn is_any_sharp(&self, elements: std::ops::Range<usize>) -> bool {
+        self.code[elements].iter().fold(0, |all, code| all | code) != 0
+    }
+
     #[inline]
     pub fn get(&self, i: usize) -> f64 {
         match self.code[i] {
