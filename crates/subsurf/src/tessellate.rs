@@ -18,10 +18,12 @@ mod output;
 mod patch_grid;
 mod pattern;
 mod piecewise;
+mod polygon;
 mod rates;
 mod sample;
 mod selection;
 mod shade;
+mod tasks;
 mod tessellator;
 
 use crate::limit::LimitSurface;

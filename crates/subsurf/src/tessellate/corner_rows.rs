@@ -12,7 +12,7 @@ use rayon::prelude::*;
 pub(super) type CornerRow<T> = Vec<(u32, [T; 2])>;
 
 /// The corner that a vertex is evaluated at: its patch, and which corner of that patch's plan it is.
-pub(super) fn corner_of(table: &PatchTable, is_triangle: bool, h: HalfEdge) -> (usize, usize) {
+fn corner_of(table: &PatchTable, is_triangle: bool, h: HalfEdge) -> (usize, usize) {
     let t = table.topology();
     let face = t.face(h);
     let corner = h.0 - t.first(face);
@@ -23,11 +23,17 @@ pub(super) fn corner_of(table: &PatchTable, is_triangle: bool, h: HalfEdge) -> (
     (patch, (corner as usize + sides - usize::from(table.turn(patch))) % sides)
 }
 
-/// Weights at the corners that further normals are evaluated at, and which row is whose.
+/// A face corner that a further normal is evaluated at.
+pub(super) struct FurtherCorner {
+    pub half_edge: HalfEdge,
+    pub patch: usize,
+    row: usize,
+}
+
+/// The corners that further normals are evaluated at, and their weights, which corners of the same plan share.
 pub(super) struct CornerRows<T> {
+    pub corners: Vec<FurtherCorner>,
     rows: Vec<CornerRow<T>>,
-    /// Row of every corner of every plan.
-    of_corner: Vec<[u32; 4]>,
 }
 
 impl<T: Real> CornerRows<T> {
@@ -35,7 +41,7 @@ impl<T: Real> CornerRows<T> {
     pub fn new(layout: &Layout<'_>, sides: Option<&Sides>) -> Self {
         let (table, is_triangle) = (layout.table, layout.is_triangle());
         let mut of_corner = vec![[NONE; 4]; table.plan_count()];
-        let mut list = Vec::new();
+        let (mut corners, mut list) = (Vec::new(), Vec::new());
         for h in sides.iter().flat_map(|sides| sides.corners()) {
             let (patch, corner) = corner_of(table, is_triangle, h);
             let plan = table.patch_plan(patch).expect("owners are no holes");
@@ -43,6 +49,7 @@ impl<T: Real> CornerRows<T> {
                 of_corner[plan][corner] = list.len() as u32;
                 list.push((plan, corner));
             }
+            corners.push(FurtherCorner { half_edge: h, patch, row: of_corner[plan][corner] as usize });
         }
         let row = |&(plan, corner): &(usize, usize)| {
             let [u, v] = corner_place(is_triangle, corner);
@@ -50,12 +57,12 @@ impl<T: Real> CornerRows<T> {
             let [_, s, t] = plan.spanning_weights(u, v);
             sparse((0..plan.ring()).map(|p| [s[p], t[p]]))
         };
-        Self { rows: list.par_iter().map(row).collect(), of_corner }
+        Self { corners, rows: list.par_iter().map(row).collect() }
     }
 
-    /// The row of a corner that was asked for.
-    pub fn row(&self, plan: usize, corner: usize) -> &CornerRow<T> {
-        &self.rows[self.of_corner[plan][corner] as usize]
+    /// The weights at one of the corners.
+    pub fn row(&self, corner: &FurtherCorner) -> &CornerRow<T> {
+        &self.rows[corner.row]
     }
 }
 

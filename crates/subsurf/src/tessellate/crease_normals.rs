@@ -1,85 +1,44 @@
-//! Normals of the further sides of creases, where one point has several: at corners from two rows of weights each, along edges
-//! as any other samples of the face that sees them.
+//! Normals of the further sides of creases, where one point has several: at corners from two rows of weights each. Those along
+//! edges a face gives with its own samples.
 
-use super::corner_rows::{CornerRow, corner_of};
-use super::evaluate::{Evaluator, Scratch};
-use super::grid::{self, turned_parts};
-use super::normals::Sides;
-use crate::index::HalfEdge;
+use super::corner_rows::FurtherCorner;
+use super::evaluate::Evaluator;
 use crate::kernel::{LANES, unit_normals_of};
 use crate::real::{Real, round};
 use rayon::prelude::*;
 
 impl<T: Real, const N: usize> Evaluator<'_, T, N> {
-    /// Fills them, in the order of [`Sides`].
-    pub fn extra_normals(&self, sides: &Sides, normals: &mut [[T; 3]]) {
-        let layout = self.sampler.layout();
-        let corners: Vec<u32> = sides.corners().map(|h| h.0).collect();
-        let (at_corners, along_edges) = normals.split_at_mut(corners.len());
-        at_corners
-            .par_chunks_mut(LANES)
-            .zip(corners.par_chunks(LANES))
-            .for_each(|(normals, corners)| self.corners(corners, normals));
-        let Some(rate) = sides.edges().next().map(|h| layout.rates.edge(layout.table.topology().edge(h))) else {
-            return;
-        };
-        let edges: Vec<HalfEdge> = sides.edges().collect();
-        along_edges
-            .par_chunks_mut(rate as usize - 1)
-            .zip(edges)
-            .for_each_init(Scratch::default, |scratch, (normals, h)| self.along(h, normals, scratch));
-    }
-
-    /// Normals of the points inside an edge as the face of `h` sees it.
-    fn along(&self, h: HalfEdge, normals: &mut [[T; 3]], scratch: &mut Scratch<T, N>) {
-        let layout = self.sampler.layout();
-        let t = layout.table.topology();
-        let face = t.face(h);
-        let corner = h.0 - t.first(face);
-        let subfaces = layout.table.subfaces(face);
-        if subfaces == 1 {
-            let turn = layout.table.turn(layout.table.patch(face, 0));
-            let own = turned_parts(layout.is_triangle(), grid::side(corner as u8), turn);
-            let samples = self.some_of(face, 0, own, false, scratch);
-            normals.copy_from_slice(&scratch.normals[samples.side(own.trailing_zeros() as usize)]);
-            return;
-        }
-        let (out, back) = normals.split_at_mut(layout.cells[1] as usize);
-        let samples = self.some_of(face, corner, grid::side(0) | grid::corner(1), false, scratch);
-        out[..back.len()].copy_from_slice(&scratch.normals[samples.side(0)]);
-        out[back.len()] = scratch.normals[samples.corner(1)];
-        let samples = self.some_of(face, (corner + 1) % subfaces, grid::side(3), false, scratch);
-        back.copy_from_slice(&scratch.normals[samples.side(3)]);
+    /// Fills those at corners.
+    pub(super) fn normals_at_corners(&self, normals: &mut [[T; 3]]) {
+        let blocks = normals.par_chunks_mut(LANES).zip(self.patterns.corners().corners.par_chunks(LANES));
+        blocks.for_each(|(normals, corners)| self.corners(corners, normals));
     }
 
     /// Normals of up to a block of face corners.
-    fn corners(&self, corners: &[u32], normals: &mut [[T; 3]]) {
+    fn corners(&self, corners: &[FurtherCorner], normals: &mut [[T; 3]]) {
         let [mut du, mut dv] = [[[T::default(); LANES]; 3]; 2];
         let mut extent = [T::default(); LANES];
-        for (k, &h) in corners.iter().enumerate() {
-            let ([u, v], size) = self.corner(HalfEdge(h));
+        for (k, corner) in corners.iter().enumerate() {
+            let ([u, v], size) = self.corner(corner);
             extent[k] = size;
             (0..3).for_each(|c| (du[c][k], dv[c][k]) = (u[c % N], v[c % N]));
         }
         let mut unit = [[T::default(); 3]; LANES];
         let unsure = unit_normals_of(&du, &dv, &extent, &mut unit);
         normals.copy_from_slice(&unit[..corners.len()]);
-        for (k, &h) in corners.iter().enumerate().filter(|(k, _)| unsure >> k & 1 != 0) {
-            normals[k] = round(self.sampler.single(self.sampler.layout().corner_location(HalfEdge(h))).1);
+        for (k, corner) in corners.iter().enumerate().filter(|(k, _)| unsure >> k & 1 != 0) {
+            normals[k] = round(self.sampler.single(self.sampler.layout().corner_location(corner.half_edge)).1);
         }
     }
 
-    /// Derivatives at the start of a half-edge; and how far from each other its control points are.
-    fn corner(&self, h: HalfEdge) -> ([[T; N]; 2], T) {
-        let layout = self.sampler.layout();
-        let (patch, corner) = corner_of(layout.table, layout.is_triangle(), h);
-        let plan = layout.table.patch_plan(patch).expect("its face is no hole");
-        let row: &CornerRow<T> = self.patterns.corner(plan, corner);
-        let (ring, control) = (layout.table.ring(patch), self.sampler.surface().points());
+    /// Derivatives at a corner; and how far from each other its control points are.
+    fn corner(&self, corner: &FurtherCorner) -> ([[T; N]; 2], T) {
+        let table = self.sampler.layout().table;
+        let (ring, control) = (table.ring(corner.patch), self.sampler.surface().points());
         let base = control[ring[0] as usize];
         let mut sums = [[T::default(); N]; 2];
         let mut extent = T::default();
-        for &(p, weights) in row {
+        for &(p, weights) in self.patterns.corners().row(corner) {
             let point = control[ring[p as usize] as usize];
             for c in 0..N {
                 let x = point[c] - base[c];
@@ -91,5 +50,83 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             }
         }
         (sums, extent)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::index::Face;
+    use crate::limit::PatchTable;
+    use crate::scheme::Scheme;
+    use crate::shapes::{self, Shape};
+    use crate::tags::{Crease, Tags};
+    use crate::tessellate::layout::{Layout, PatchRates};
+    use crate::tessellate::normals::Sides;
+    use crate::tessellate::output::{Output, Vertices};
+    use crate::tessellate::pattern::{Frames, Patterns};
+    use crate::tessellate::sample::{NormalOf, Sampler};
+    use std::collections::BTreeSet;
+    use std::sync::atomic::Ordering::Relaxed;
+
+    /// The shape with infinitely sharp creases along every `step`-th of its edges.
+    fn creased(shape: &Shape, step: usize) -> Shape {
+        let mut edges = BTreeSet::new();
+        for face in shape.mesh.faces() {
+            let sides = face.iter().zip(face.iter().cycle().skip(1)).filter(|(a, b)| a != b);
+            edges.extend(sides.map(|(&a, &b)| (a.min(b), a.max(b))));
+        }
+        let creases = edges.into_iter().step_by(step).map(|(a, b)| Crease::new(a, b, 10.0)).collect();
+        let tags = Tags { creases, ..shape.mesh.tags().clone() };
+        shape.tagged(format!("{}, every {step} edges sharp", shape.name), tags)
+    }
+
+    /// Normals of one frame are those of their places one by one, and every patch is evaluated once.
+    fn agrees(shape: &Shape, scheme: Scheme, rate: u32, bytes: [usize; 2]) -> usize {
+        let table = PatchTable::new(&shape.mesh, scheme).unwrap();
+        let t = table.topology();
+        let layout = Layout::new(&table, PatchRates::Uniform { rate, edges: t.edge_count() });
+        let sides = Sides::new(&table, &layout);
+        let sampler = Sampler::new(table.surface(&shape.positions), &layout, Some(NormalOf::SPACE));
+        let patterns = Patterns::within(&layout, Some(&sides), Frames::Many, bytes);
+        let evaluator = Evaluator::new(&patterns, sampler);
+        let mut points = vec![[0.0; 3]; layout.points()];
+        let mut normals = vec![[f64::NAN; 3]; layout.points() + sides.extra()];
+        evaluator.evaluate(Output { points: &mut points, normals: &mut normals }, &mut Vertices::default());
+
+        let faces = (0..t.face_count() as u32).map(Face).filter(|&f| !t.is_hole(f));
+        let patches: usize = faces.map(|f| table.subfaces(f) as usize).sum();
+        assert_eq!(evaluator.evaluated.load(Relaxed), patches, "{} at rate {rate}", shape.name);
+        let mut expected = vec![[f64::NAN; 3]; sides.extra()];
+        sampler.extra_normals(&sides, &mut expected);
+        for (k, (a, b)) in normals[layout.points()..].iter().zip(&expected).enumerate() {
+            let is_near = (0..3).all(|c| (a[c] - b[c]).abs() < 1e-11);
+            assert!(is_near, "{} at rate {rate}, further normal {k}: {a:?} {b:?}", shape.name);
+        }
+        sides.edges().count()
+    }
+
+    #[test]
+    fn further_normals_come_with_the_samples_of_their_faces() {
+        let triangles = shapes::all_triangles().into_iter().map(|s| (s, Scheme::Loop));
+        let mut seen = 0;
+        for (shape, scheme) in shapes::all().into_iter().map(|s| (s, Scheme::CatmullClark)).chain(triangles) {
+            let variants = [1, 2, 3].map(|step| creased(&shape, step));
+            for shape in std::iter::once(shape).chain(variants) {
+                for (rate, bytes) in [(2, usize::MAX), (6, usize::MAX), (6, 0)] {
+                    seen += agrees(&shape, scheme, rate, [bytes; 2]);
+                }
+            }
+        }
+        assert!(seen > 1000, "{seen} sides of creases");
+    }
+
+    #[test]
+    fn further_normals_come_with_those_of_large_and_of_fine_faces() {
+        // More faces than a chunk has, and a rate at which faces are evaluated sub-patch by sub-patch.
+        assert!(agrees(&creased(&shapes::grid(20, 15), 3), Scheme::CatmullClark, 4, [usize::MAX; 2]) > 100);
+        for shape in [shapes::cube(), shapes::interior_vertex(5), shapes::cone(5)] {
+            agrees(&creased(&shape, 2), Scheme::CatmullClark, 160, [0; 2]);
+        }
     }
 }

@@ -7,6 +7,7 @@ use super::grid::{self, ALL, GridSamples, Parts, turned_parts};
 use super::output::{Output, Vertices, of};
 use super::pattern::{Pattern, Patterns};
 use super::sample::Sampler;
+use super::tasks::{Task, tasks};
 use crate::index::{Face, HalfEdge};
 use crate::kernel::{LANES, Ring, Samples, level};
 use crate::limit::{LastPole, Location};
@@ -14,6 +15,8 @@ use crate::real::{Real, round};
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 use std::ops::Range;
+#[cfg(test)]
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Vertices that a thread takes at a time.
 const VERTICES: usize = 4096;
@@ -23,6 +26,9 @@ pub(super) struct Evaluator<'a, T, const N: usize> {
     pub patterns: &'a Patterns<'a, T>,
     /// Evaluates what sums in `T` do not tell.
     pub sampler: Sampler<'a, T, N>,
+    /// How many patches were evaluated so far.
+    #[cfg(test)]
+    pub evaluated: AtomicUsize,
 }
 
 /// What a thread keeps from face to face.
@@ -36,16 +42,17 @@ pub(super) struct Scratch<T, const N: usize> {
     values: ValueMemory,
 }
 
-/// A chunk of faces and the parts of the result that it fills: at its vertices, inside its edges, inside its faces.
-struct Task<'o, T, const N: usize> {
-    faces: Range<u32>,
-    vertices: Output<'o, T, N>,
-    edges: Output<'o, T, N>,
-    inside: Output<'o, T, N>,
-}
+impl<'a, T: Real, const N: usize> Evaluator<'a, T, N> {
+    pub fn new(patterns: &'a Patterns<'a, T>, sampler: Sampler<'a, T, N>) -> Self {
+        Self {
+            patterns,
+            sampler,
+            #[cfg(test)]
+            evaluated: AtomicUsize::new(0),
+        }
+    }
 
-impl<T: Real, const N: usize> Evaluator<'_, T, N> {
-    /// Fills points and normals of a layout.
+    /// Fills points and normals of a layout, further ones included.
     pub fn evaluate(&self, out: Output<'_, T, N>, memory: &mut Vertices<T, N>) {
         let layout = self.sampler.layout();
         let (mut vertices, rest) = out.split(layout.vertices());
@@ -67,17 +74,12 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         pick(vertices.normals, &memory.normals, &layout.vertex_slot);
     }
 
-    fn chunks(&self, mut vertices: Output<'_, T, N>, rest: Output<'_, T, N>) {
+    fn chunks(&self, vertices: Output<'_, T, N>, rest: Output<'_, T, N>) {
         let layout = self.sampler.layout();
-        let (mut edges, mut inside) = rest.split(layout.edge_points());
-        let mut tasks = Vec::new();
-        for faces in layout.face_chunks() {
-            let (own_vertices, other_vertices) = vertices.split(layout.vertex_range(&faces).len());
-            let (own_edges, other_edges) = edges.split(layout.edge_range(&faces).len());
-            let (own_inside, other_inside) = inside.split(layout.face_range(&faces).len());
-            (vertices, edges, inside) = (other_vertices, other_edges, other_inside);
-            tasks.push(Task { faces, vertices: own_vertices, edges: own_edges, inside: own_inside });
-        }
+        let (rest, further) = rest.split(layout.edge_points() + layout.face_points());
+        let (at_corners, along_edges) = further.normals.split_at_mut(self.patterns.corners().corners.len());
+        self.normals_at_corners(at_corners);
+        let tasks = tasks(layout, vertices, rest, (self.patterns.seen(), along_edges));
         tasks.into_par_iter().for_each_init(Scratch::default, |scratch, task| self.chunk(task, scratch));
     }
 
@@ -93,12 +95,14 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             if table.topology().is_hole(face) {
                 continue;
             }
+            let seen = task.seen_by(face, table.topology());
             if table.subfaces(face) > 1 {
-                self.polygon(face, first_edge, &mut task, scratch);
+                self.polygon(face, seen, first_edge, &mut task, scratch);
                 continue;
             }
             let patch = table.patch(face, 0);
             match self.patterns.of_patch(patch) {
+                // Faces that see more than they own have no such pattern.
                 Some(pattern) if pattern.is_own => {
                     let is_alike = |&f: &u32| {
                         let face = Face(f);
@@ -109,8 +113,8 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
                     next = (next..faces.end).find(|f| !is_alike(f)).unwrap_or(faces.end);
                     self.own(face.0..next, pattern, &mut task, scratch);
                 }
-                Some(_) => self.shared(face, patch, &mut task, scratch),
-                None => self.alone(face, patch, &mut task, scratch),
+                None if seen.is_empty() => self.alone(face, patch, &mut task, scratch),
+                _ => self.shared(face, patch, seen, &mut task, scratch),
             }
         }
     }
@@ -119,7 +123,7 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
     fn alone(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
         let layout = self.sampler.layout();
         let Some(selection) = self.patterns.own_selection(layout.owned(patch), layout.table.turn(patch)) else {
-            return self.shared(face, patch, task, scratch);
+            return self.shared(face, patch, &[], task, scratch);
         };
         let maker = self.patterns.maker(false);
         self.in_order(face, &selection.samples, 0, task, scratch, |values, _, out| {
@@ -156,6 +160,8 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         scratch: &mut Scratch<T, N>,
         evaluate: impl FnOnce(&mut ValueMemory, &mut [[T; N]], Samples<'_, T, N>) -> bool,
     ) {
+        #[cfg(test)]
+        self.evaluated.fetch_add(1, Relaxed);
         let length = samples.blocks() * LANES;
         let with_normals = self.sampler.with_normals();
         scratch.resize(samples.blocks(), ring, with_normals);
@@ -182,12 +188,21 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
         }
     }
 
-    /// A face that shares its samples with others that lie otherwise.
-    fn shared(&self, face: Face, patch: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
+    /// A face that shares its samples with others that lie otherwise, or that sees more than it owns.
+    fn shared(
+        &self,
+        face: Face,
+        patch: usize,
+        seen: &[HalfEdge],
+        task: &mut Task<'_, T, N>,
+        scratch: &mut Scratch<T, N>,
+    ) {
         let layout = self.sampler.layout();
         let is_triangle = layout.is_triangle();
         let (owned, turn) = (layout.owned(patch), layout.table.turn(patch));
-        let samples = self.patch(face, 0, turned_parts(is_triangle, owned, turn), scratch);
+        let first = layout.table.topology().first(face);
+        let seen = seen.iter().fold(0, |parts: Parts, h| parts | grid::side((h.0 - first) as u8));
+        let samples = self.patch(face, 0, turned_parts(is_triangle, owned | seen, turn), scratch);
         let turned = (turn > 0).then(|| self.patterns.turned_inside(false, turn));
         scratch.put_inside(samples, turned, &mut task.inside);
         let place = |part: Parts| turned_parts(is_triangle, part, turn).trailing_zeros() as usize;
@@ -198,73 +213,22 @@ impl<T: Real, const N: usize> Evaluator<'_, T, N> {
             let at = samples.corner(place(grid::corner(c)) - 4);
             scratch.put(at..at + 1, &mut task.vertices);
         }
-    }
-
-    /// The sub-faces of a face that is no quad.
-    fn polygon(&self, face: Face, first_edge: usize, task: &mut Task<'_, T, N>, scratch: &mut Scratch<T, N>) {
-        let layout = self.sampler.layout();
-        let t = layout.table.topology();
-        let subfaces = layout.table.subfaces(face);
-        let cells = layout.cells[1] as usize;
-        // The centre, the points inside spokes, then those inside sub-faces.
-        let (mut spokes, mut inside) = task.inside.borrow().split(1 + subfaces as usize * (cells - 1));
-        let (mut counted, mut edge_points) = (spokes.points.len(), 0);
-        let before = first_edge + layout.edge_range(&task.faces).len() - task.edges.points.len();
-        for subface in 0..subfaces {
-            let owned = layout.owned(layout.table.patch(face, subface));
-            let (out, back) = (owned & grid::side(0) != 0, owned & grid::side(3) != 0);
-            let mut parts = owned | grid::side(1);
-            parts |= if out { grid::corner(1) } else { 0 } | if subface == 0 { grid::corner(2) } else { 0 };
-            let samples = self.patch(face, subface, parts, scratch);
-            let corner = |c: usize| samples.corner(c)..samples.corner(c) + 1;
-            if subface == 0 {
-                scratch.put(corner(2), &mut spokes);
-            }
-            scratch.put(samples.side(1), &mut spokes);
-            scratch.put_inside(samples, None, &mut inside);
-            counted += samples.inside();
-            let h = t.half_edge(face, subface as usize);
-            let edge = |h: HalfEdge| layout.edge_first(t.edge(h)) - before;
-            if out {
-                scratch.put(samples.side(0), &mut task.edges.borrow().split(edge(h)).1);
-                scratch.put(corner(1), &mut task.edges.borrow().split(edge(h) + cells - 1).1);
-                edge_points += 2 * cells - 1;
-            }
-            if back {
-                scratch.put(samples.side(3), &mut task.edges.borrow().split(edge(t.prev(h)) + cells).1);
-            }
-            if owned & grid::corner(0) != 0 {
-                scratch.put(corner(0), &mut task.vertices);
-            }
+        for s in (0..4u8).filter(|s| seen & grid::side(*s) != 0) {
+            task.put_further(&scratch.normals[samples.side(place(grid::side(s)))]);
         }
-        task.inside.skip(counted);
-        task.edges.skip(edge_points);
     }
 
-    /// Evaluates the wanted parts of a patch into the thread's own memory.
-    fn patch(&self, face: Face, subface: u32, parts: Parts, scratch: &mut Scratch<T, N>) -> &GridSamples {
-        self.some_of(face, subface, parts, true, scratch)
-    }
-
-    /// The same; the samples inside may be left out.
-    pub(super) fn some_of(
-        &self,
-        face: Face,
-        subface: u32,
-        parts: Parts,
-        with_inside: bool,
-        scratch: &mut Scratch<T, N>,
-    ) -> &GridSamples {
+    /// Evaluates the inside of a patch and the wanted parts into the thread's own memory.
+    pub(super) fn patch(&self, face: Face, subface: u32, parts: Parts, scratch: &mut Scratch<T, N>) -> &GridSamples {
+        #[cfg(test)]
+        self.evaluated.fetch_add(1, Relaxed);
         let table = self.sampler.layout().table;
         let patch = table.patch(face, subface);
         let turn = table.turn(patch);
         let with_normals = self.sampler.with_normals();
         let Some(pattern) = self.patterns.of_patch(patch) else {
             let is_subface = table.subfaces(face) > 1;
-            let selection = match with_inside {
-                true => self.patterns.selection(is_subface, parts),
-                false => self.patterns.selection_on_sides(is_subface, parts),
-            };
+            let selection = self.patterns.selection(is_subface, parts);
             let samples = &selection.samples;
             scratch.resize(samples.blocks(), 0, with_normals);
             let Scratch { points, normals, unsure, values, .. } = scratch;
@@ -338,12 +302,12 @@ impl<T: Real, const N: usize> Scratch<T, N> {
     }
 
     /// Copies a run of samples to the next places.
-    fn put(&self, run: Range<usize>, out: &mut Output<'_, T, N>) {
+    pub fn put(&self, run: Range<usize>, out: &mut Output<'_, T, N>) {
         out.put(&self.points[run.clone()], of(&self.normals, run));
     }
 
     /// Copies the samples inside a patch, whose face may be turned against its plan.
-    fn put_inside(&self, samples: &GridSamples, turned: Option<&[u32]>, out: &mut Output<'_, T, N>) {
+    pub fn put_inside(&self, samples: &GridSamples, turned: Option<&[u32]>, out: &mut Output<'_, T, N>) {
         let Some(turned) = turned else { return self.put(0..samples.inside(), out) };
         for (out, &s) in out.points.iter_mut().zip(turned) {
             *out = self.points[s as usize];
@@ -378,7 +342,7 @@ mod tests {
                 let patterns = Patterns::within(&layout, Some(&Sides::default()), Frames::Many, bytes);
                 let (mut points, mut normals) = (vec![[0.0; 3]; layout.points()], vec![[0.0; 3]; layout.points()]);
                 let out = Output { points: &mut points, normals: &mut normals };
-                Evaluator { patterns: &patterns, sampler }.evaluate(out, &mut Vertices::default());
+                Evaluator::new(&patterns, sampler).evaluate(out, &mut Vertices::default());
                 (points, normals)
             };
             let (with, without) = (evaluate([usize::MAX; 2]), evaluate([0; 2]));

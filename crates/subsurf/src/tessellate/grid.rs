@@ -48,15 +48,7 @@ impl GridSamples {
     /// The samples inside a patch of `cells × cells` facets and on some of its sides and corners.
     pub fn new(cells: u32, is_triangle: bool, parts: Parts) -> Self {
         let grid = PatchGrid { cells: [cells; 2], first: 0, is_triangle };
-        Self::beside(grid.interior().map(|(i, j)| [i, j]).collect(), cells, is_triangle, parts)
-    }
-
-    /// Those on sides and corners alone.
-    pub fn on_sides(cells: u32, is_triangle: bool, parts: Parts) -> Self {
-        Self::beside(Vec::new(), cells, is_triangle, parts)
-    }
-
-    fn beside(mut points: Vec<[u32; 2]>, cells: u32, is_triangle: bool, parts: Parts) -> Self {
+        let mut points: Vec<[u32; 2]> = grid.interior().map(|(i, j)| [i, j]).collect();
         let sides: u8 = if is_triangle { 3 } else { 4 };
         let mut of_part = vec![ALL; points.len()];
         let inside = points.len();

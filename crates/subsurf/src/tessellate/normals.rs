@@ -7,7 +7,8 @@ use crate::limit::PatchTable;
 use crate::tags::INFINITE_SHARPNESS;
 use std::collections::BTreeMap;
 
-/// Normals beyond one per point.
+/// Normals beyond one per point: those at corners, then those along edges in the order of the faces that see them, so that a face
+/// gives them when it is evaluated, and all of them are one run of the result.
 #[derive(Default)]
 pub(super) struct Sides {
     /// Face corners (named by their half-edge) whose normal is not that of the vertex's owner: index among the extra ones.
@@ -69,14 +70,13 @@ impl Sides {
         if t.edge_sharpness.sharp().find(is_inner).is_none() {
             return;
         }
-        for (e, owner) in layout.edges() {
-            if !t.is_infinitely_sharp(e) {
-                continue;
-            }
-            for h in half_edges_of(table, e).into_iter().filter(|&h| h != owner && !in_hole(h)) {
-                sides.edge.insert(h.0, sides.sources.len() as u32);
-                sides.sources.extend((1..layout.rates.edge(e)).map(|k| Source::Edge(h, k)));
-            }
+        let sharp = layout.edges().filter(|&(e, _)| t.is_infinitely_sharp(e));
+        let others = |(e, owner)| half_edges_of(table, e).into_iter().filter(move |&h| h != owner && !in_hole(h));
+        let mut further: Vec<HalfEdge> = sharp.flat_map(others).collect();
+        further.sort_unstable();
+        for h in further {
+            sides.edge.insert(h.0, sides.sources.len() as u32);
+            sides.sources.extend((1..layout.rates.edge(t.edge(h))).map(|k| Source::Edge(h, k)));
         }
     }
 
@@ -97,7 +97,7 @@ impl Sides {
         })
     }
 
-    /// The half-edges that extra normals are evaluated along, in order.
+    /// The half-edges that extra normals are evaluated along, in their order.
     pub fn edges(&self) -> impl Iterator<Item = HalfEdge> + '_ {
         self.sources.iter().filter_map(|source| match *source {
             Source::Edge(h, 1) => Some(h),

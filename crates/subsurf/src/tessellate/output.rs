@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Points and, where they are wanted, their normals.
+/// Points and, where they are wanted, their normals. After those of all points there may be further ones.
 pub(super) struct Output<'o, T, const N: usize> {
     pub points: &'o mut [[T; N]],
     pub normals: &'o mut [[T; 3]],

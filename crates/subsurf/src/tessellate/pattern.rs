@@ -2,12 +2,12 @@
 //! positions have no say in. Faces whose plan has too few of them, or whose weights would be too large, are evaluated by
 //! their values, at high rates sub-patch by sub-patch.
 
-use super::corner_rows::{CornerRow, CornerRows};
+use super::corner_rows::CornerRows;
 use super::grid::{ALL, GridSamples, Parts};
 use super::layout::Layout;
 use super::normals::Sides;
 use super::selection::{Selection, Selections};
-use crate::index::Face;
+use crate::index::{Face, HalfEdge};
 use crate::kernel::{LANES, SurfaceMatrix};
 use crate::limit::PatchTable;
 use crate::limit::plan::{GridMaker, GridScratch, MOST_RING};
@@ -102,6 +102,7 @@ pub(super) struct Patterns<'a, T> {
     /// What makes patterns and evaluates faces without, by kind of patch (whole face, sub-face).
     makers: [Option<GridMaker<'a>>; 2],
     corners: CornerRows<T>,
+    seen: Vec<HalfEdge>,
     /// Samples of patches without a pattern.
     selections: Selections,
     /// Samples inside turned faces: by kind of patch (whole face, sub-face) and turn.
@@ -129,6 +130,7 @@ impl<'a, T: Real> Patterns<'a, T> {
         let (list, mut of_patch) = wanted(layout, sides, &users, frames);
         let fits = fits(table, &list, &users, [most_each, most_in_all], count * size_of::<T>());
         let corners = CornerRows::new(layout, sides);
+        let seen = sides.iter().flat_map(|sides| sides.edges()).collect();
         let maker = |cells: u32| (cells > 0).then(|| GridMaker::new(table.plans(), cells, count));
         let makers = layout.cells.map(maker);
         let selections = Selections::new(layout.cells, is_triangle);
@@ -153,7 +155,7 @@ impl<'a, T: Real> Patterns<'a, T> {
                 .map(|turn| GridSamples::turned_inside(cells, is_triangle, turn))
                 .collect(),
         });
-        Self { patterns, of_patch, makers, corners, selections, turned }
+        Self { patterns, of_patch, makers, corners, seen, selections, turned }
     }
 
     /// The pattern of a patch; none where it would be too large, or few faces share the plan.
@@ -182,14 +184,14 @@ impl<'a, T: Real> Patterns<'a, T> {
         self.selections.get(is_subface, if self.goes_by_values(is_subface) { parts } else { ALL }, 0)
     }
 
-    /// The same without the samples inside, in the plan's orientation.
-    pub fn selection_on_sides(&self, is_subface: bool, parts: Parts) -> &Selection {
-        self.selections.on_sides(is_subface, parts)
+    /// The face corners that further normals are evaluated at, in order, and their weights.
+    pub fn corners(&self) -> &CornerRows<T> {
+        &self.corners
     }
 
-    /// The weights at a corner of a plan that a further normal is evaluated at.
-    pub fn corner(&self, plan: usize, corner: usize) -> &CornerRow<T> {
-        self.corners.row(plan, corner)
+    /// The half-edges along which faces give normals beyond those of the points that they own, in order.
+    pub fn seen(&self) -> &[HalfEdge] {
+        &self.seen
     }
 
     /// Where the samples inside a face lie in its plan's pattern.

@@ -242,15 +242,9 @@ impl<'a, T: Real> Tessellator<'a, T> {
             normals.par_iter_mut().zip(&faceted.sources).for_each(|(n, &at)| *n = round(sampler.normal(at)));
             return;
         }
-        let normal_of = self.options.normals.then_some(NormalOf::SPACE);
-        let shared = if self.options.normals { points.len() } else { 0 };
-        let (own, extra) = normals.split_at_mut(shared);
-        fill(&self.layout, self.patterns.as_ref(), surface, normal_of, Output { points, normals: own }, memory);
-        let sampler = Sampler::new(surface, &self.layout, normal_of);
-        match &self.patterns {
-            Some(patterns) if !extra.is_empty() => Evaluator { patterns, sampler }.extra_normals(&self.sides, extra),
-            _ => sampler.extra_normals(&self.sides, extra),
-        }
+        let normals_of = self.options.normals.then_some((NormalOf::SPACE, &self.sides));
+        let out = Output { points, normals: &mut *normals };
+        fill(&self.layout, self.patterns.as_ref(), surface, normals_of, out, memory);
         if let Some(shading) = shading.filter(|_| self.options.normals) {
             shade::shade(&self.layout, &self.sides, shading, normals);
         }
@@ -263,22 +257,26 @@ fn copy(list: &[u32]) -> Vec<u32> {
     out
 }
 
-/// Evaluates all points of a layout, and their normals.
+/// Evaluates all points of a layout, and their normals with those of further sides.
 pub(super) fn fill<T: Real, const N: usize>(
     layout: &Layout<'_>,
     patterns: Option<&Patterns<'_, T>>,
     surface: LimitSurface<'_, T, N>,
-    normals: Option<NormalOf<N>>,
+    normals: Option<(NormalOf<N>, &Sides)>,
     out: Output<'_, T, N>,
     memory: &mut Vertices<T, N>,
 ) {
-    let sampler = Sampler::new(surface, layout, normals);
+    let sampler = Sampler::new(surface, layout, normals.map(|(of, _)| of));
     if let Some(patterns) = patterns {
-        return Evaluator { patterns, sampler }.evaluate(out, memory);
+        return Evaluator::new(patterns, sampler).evaluate(out, memory);
     }
     let (vertices, rest) = out.split(layout.vertices());
-    let (edges, inside) = rest.split(layout.edge_points());
+    let (edges, rest) = rest.split(layout.edge_points());
+    let (inside, further) = rest.split(layout.face_points());
     sampler.vertices(vertices.points, vertices.normals);
     sampler.edges(edges.points, edges.normals);
     sampler.faces(inside.points, inside.normals);
+    if let Some((_, sides)) = normals {
+        sampler.extra_normals(sides, further.normals);
+    }
 }
