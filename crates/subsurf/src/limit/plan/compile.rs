@@ -80,7 +80,7 @@ struct Place {
 /// Where the children of a node are cut out.
 enum Parent {
     /// From a cut-out, with the half-edges of the level below.
-    Kept(Topology, NextHalfEdges),
+    Kept(Box<(Topology, NextHalfEdges)>),
     /// From one that is large, and made again when a child needs it: its own parent and its place there.
     Again(Option<Arc<Parent>>, Place),
 }
@@ -220,7 +220,8 @@ impl Compiler<'_> {
         let Scratch { around, cutter, again, .. } = scratch;
         match parent.map(|parent| (parent, &**parent)) {
             None => around.cut_out(self.mesh, place, cutter),
-            Some((_, Parent::Kept(cut, half_edges))) => {
+            Some((_, Parent::Kept(kept))) => {
+                let (cut, half_edges) = &**kept;
                 around.cut_out(&NextLevel::new(cut, self.scheme.split(), half_edges), place, cutter);
             }
             Some((parent, Parent::Again(above, at))) => {
@@ -278,7 +279,7 @@ impl Compiler<'_> {
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
         let has_new = children.iter().any(MadeChild::is_new);
         let parent = if has_new && t.vertex_count() <= MOST_KEPT {
-            Some(Arc::new(Parent::Kept(t, std::mem::take(half_edges))))
+            Some(Arc::new(Parent::Kept(Box::new((t, std::mem::take(half_edges))))))
         } else {
             cutter.give_back(t);
             has_new.then(|| Arc::new(Parent::Again(above.cloned(), place)))
