@@ -50,7 +50,7 @@ pub fn run(args: &InfoArgs, common: &Common, console: &Console) -> Result<(), Fa
     };
     let facts = match PatchTable::with_method(&input.scene.mesh, input.scheme, Method::default()) {
         Ok(table) => facts(table.topology(), Some(table.size()))?,
-        Err(error @ MeshError::TooLarge { .. }) => {
+        Err(error @ (MeshError::TooLarge { .. } | MeshError::PoleTooLarge { .. })) => {
             // The rest can still be told, and may say why.
             console.warn(&format_args!("{}: there is no patch table: {error}", input.name));
             let level = Level::new(&input.scene.mesh, input.scheme).map_err(|e| input.mesh_error(e))?;

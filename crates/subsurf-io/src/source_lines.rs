@@ -1,6 +1,6 @@
 //! Which line of the file each face and tag came from, so that a message about face 12 can name the line.
 
-use subsurf::MeshError;
+use subsurf::{MeshError, Pole};
 
 /// Line numbers, counted from 1, of faces and tags in file order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,6 +61,7 @@ impl SourceLines {
             MeshError::FaceTooSmall { face, .. }
             | MeshError::VertexOutOfRange { face, .. }
             | MeshError::NotATriangle { face, .. } => self.face(face),
+            MeshError::PoleTooLarge { pole: Pole::Face { face, .. }, .. } => self.face(face as usize),
             MeshError::CreaseNotOnEdge { crease, .. } => self.crease(crease),
             MeshError::CornerOutOfRange { corner, .. } => self.corner(corner),
             MeshError::HoleOutOfRange { hole, .. } => self.hole(hole),

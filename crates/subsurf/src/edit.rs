@@ -5,6 +5,7 @@
 //! index goes to the next face with as many corners; [`TableEditor::mesh`] gives the mesh without holes of this kind.
 
 mod incidence;
+mod poles;
 
 use crate::index::{Face, HalfEdge, Vertex};
 use crate::limit::{Known, Method, PatchTable};
@@ -59,7 +60,7 @@ pub enum EditError {
         /// The offending value.
         sharpness: f64,
     },
-    /// More than 32-bit indices can name.
+    /// More than 32-bit indices can name, or than fits into memory.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
@@ -137,7 +138,7 @@ impl TableEditor {
     ///
     /// # Errors
     /// [`EditError::NoEdge`] names the first pair of vertices that no edge joins, [`EditError::BadSharpness`] a value
-    /// that is no finite number.
+    /// that is no finite number; [`EditError::Mesh`] with [`MeshError::PoleTooLarge`] says that the table would take too much memory.
     pub fn set_creases(&mut self, edges: &[(u32, u32)], sharpness: f64) -> Result<Edited, EditError> {
         check_sharpness(sharpness)?;
         for &(a, b) in edges {
@@ -145,36 +146,48 @@ impl TableEditor {
                 return Err(EditError::NoEdge { a, b });
             }
         }
-        for &(a, b) in edges {
-            self.creases.insert(sorted([a, b]), sharpness);
-        }
         let touched = edges.iter().flat_map(|&(a, b)| [a, b]).collect();
+        let mut set = |&(a, b): &(u32, u32)| (sorted([a, b]), self.creases.insert(sorted([a, b]), sharpness));
+        let before: Vec<([u32; 2], Option<f64>)> = edges.iter().map(&mut set).collect();
+        if let Err(error) = self.check_poles(&touched, &BTreeSet::new(), &[]) {
+            // The last change comes off first: an edge may be named twice.
+            before.into_iter().rev().for_each(|(edge, s)| put_back(&mut self.creases, edge, s));
+            return Err(error.into());
+        }
         self.rebuild(touched, &[], Vec::new())
     }
 
     /// Gives a vertex this sharpness; 0 makes it smooth, 10 and more infinitely sharp.
     ///
     /// # Errors
-    /// [`EditError::NoVertex`], [`EditError::BadSharpness`].
+    /// [`EditError::NoVertex`], [`EditError::BadSharpness`], [`EditError::Mesh`].
     pub fn set_corner(&mut self, vertex: u32, sharpness: f64) -> Result<Edited, EditError> {
         check_sharpness(sharpness)?;
         self.check_vertex(vertex)?;
-        self.corners.insert(vertex, sharpness);
+        let before = self.corners.insert(vertex, sharpness);
+        if let Err(error) = self.check_poles(&[vertex].into(), &BTreeSet::new(), &[]) {
+            put_back(&mut self.corners, vertex, before);
+            return Err(error.into());
+        }
         self.rebuild([vertex].into(), &[], Vec::new())
     }
 
     /// Makes a face a hole, or part of the surface again.
     ///
     /// # Errors
-    /// [`EditError::NoFace`].
+    /// [`EditError::NoFace`], [`EditError::Mesh`].
     pub fn set_hole(&mut self, face: u32, hole: bool) -> Result<Edited, EditError> {
         self.check_face(face)?;
-        if hole {
-            self.holes.insert(face)
-        } else {
-            self.holes.remove(&face)
-        };
         let touched = self.table.topology().face_vertices(Face(face)).iter().copied().collect();
+        let was_hole = if hole { !self.holes.insert(face) } else { self.holes.remove(&face) };
+        if let Err(error) = self.check_poles(&touched, &BTreeSet::new(), &[]) {
+            if was_hole {
+                self.holes.insert(face)
+            } else {
+                self.holes.remove(&face)
+            };
+            return Err(error.into());
+        }
         self.rebuild(touched, &[], Vec::new())
     }
 
@@ -211,6 +224,9 @@ impl TableEditor {
 
         let old: BTreeSet<u32> = old.iter().copied().collect();
         let mut touched: BTreeSet<u32> = new.iter().flat_map(|vertices| vertices.iter().copied()).collect();
+        let t = self.table.topology();
+        let at_old = old.iter().flat_map(|&face| t.face_vertices(Face(face)).iter().copied());
+        self.check_poles(&touched.iter().copied().chain(at_old).collect(), &old, new)?;
         let mut orphans = Vec::new();
         for face in old.into_iter().map(Face) {
             let t = self.table.topology_mut();
@@ -348,6 +364,14 @@ impl TableEditor {
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
+}
+
+/// Gives an entry the value that it had, if it had one.
+fn put_back<K: Eq + std::hash::Hash>(all: &mut HashMap<K, f64>, key: K, before: Option<f64>) {
+    match before {
+        Some(value) => all.insert(key, value),
+        None => all.remove(&key),
+    };
 }
 
 fn check_sharpness(sharpness: f64) -> Result<(), EditError> {

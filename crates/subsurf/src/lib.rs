@@ -73,10 +73,10 @@ pub use edit::{EditError, Edited, TableEditor};
 pub use index::{Edge, Face, HalfEdge, Vertex};
 pub use kernel::limit_vector_bits;
 pub use limit::{
-    Curvature, Derivatives, EvaluationSize, Exceptional, Jet, LimitPatch, LimitSurface, Location, Method, PatchKind,
-    PatchTable, Spectrum, TableSize,
+    Curvature, Derivatives, EvaluationSize, Exceptional, Jet, LimitPatch, LimitSurface, Location, MOST_POLE_BYTES,
+    Method, PatchKind, PatchTable, Spectrum, TableSize,
 };
-pub use mesh::{ControlMesh, MAX_COUNT, MeshError};
+pub use mesh::{ControlMesh, MAX_COUNT, MeshError, Pole};
 pub use ptex::{PtexEdge, PtexFaces};
 pub use real::Real;
 pub use refine::{Level, RefinementSize, UniformRefinement};

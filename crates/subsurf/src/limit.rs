@@ -22,6 +22,7 @@ mod places;
 pub(crate) mod plan;
 mod plan_key;
 mod pole;
+mod pole_memory;
 mod powers;
 
 mod rows;
@@ -44,6 +45,8 @@ pub(crate) use patch_table::Known;
 pub use patch_table::{EvaluationSize, PatchTable, TableSize};
 pub use plan::PatchKind;
 pub(crate) use plan_key::KeyHasher;
+pub use pole_memory::MOST_POLE_BYTES;
+pub(crate) use pole_memory::check_edit;
 pub(crate) use special::AtVertex;
 pub use special::Method;
 pub use spectrum::Spectrum;

@@ -46,6 +46,20 @@ pub enum MeshError {
         /// How many there may be.
         limit: usize,
     },
+    /// Faces round a vertex, or corners of a face, whose patches would take too much memory: see
+    /// [`MOST_POLE_BYTES`](crate::MOST_POLE_BYTES).
+    #[error(
+        "{pole}: a patch table would take about {:.1} GB for its rings and plans, more than the {:.1} GB that are allowed; {}",
+        *bytes as f64 / 1e9, *limit as f64 / 1e9, pole.advice()
+    )]
+    PoleTooLarge {
+        /// Where most of it is.
+        pole: Pole,
+        /// Bytes that all such places of the mesh would take, estimated.
+        bytes: u64,
+        /// Bytes that they may take.
+        limit: u64,
+    },
     /// A crease names a vertex that does not exist, or two vertices that no edge joins.
     #[error("crease {crease} names vertices {a} and {b}, but no edge joins them")]
     CreaseNotOnEdge {
@@ -97,6 +111,44 @@ pub enum MeshError {
         /// The offending value.
         sharpness: f64,
     },
+}
+
+/// A place where very many faces or sub-faces meet.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pole {
+    /// A vertex of many faces.
+    Vertex {
+        /// The vertex.
+        vertex: u32,
+        /// Its number of faces.
+        faces: usize,
+    },
+    /// A face of many corners.
+    Face {
+        /// The face.
+        face: u32,
+        /// Its number of corners.
+        corners: usize,
+    },
+}
+
+impl Pole {
+    /// What to do about it.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Vertex { .. } => "let fewer faces meet there, or refine level by level, which needs no patch table",
+            Self::Face { .. } => "cut it into smaller ones, or refine level by level, which needs no patch table",
+        }
+    }
+}
+
+impl std::fmt::Display for Pole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Vertex { vertex, faces } => write!(f, "vertex {vertex} (counted from 0) has {faces} faces"),
+            Self::Face { face, corners } => write!(f, "face {face} (counted from 0) has {corners} corners"),
+        }
+    }
 }
 
 /// Largest number of corners, vertices, faces or edges of a mesh or refinement level: the last value of a `u32` is

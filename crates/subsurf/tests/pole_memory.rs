@@ -3,7 +3,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use subsurf::{ControlMesh, Crease, Face, Location, PatchTable, Rates, Scheme, Tags, TessellateOptions};
+use subsurf::{
+    ControlMesh, Crease, EditError, Face, Location, MeshError, PatchTable, Pole, Rates, Scheme, TableEditor, Tags,
+    TessellateOptions,
+};
 
 /// The system's allocator, counting bytes in use.
 struct Counting;
@@ -36,6 +39,17 @@ fn fan(n: u32, is_closed: bool, creases: Vec<Crease>) -> ControlMesh {
     let at = |ring: u32, i: u32| 1 + ring * columns + i % columns;
     let mut faces: Vec<[u32; 4]> = (0..n).map(|i| [0, at(0, 2 * i), at(0, 2 * i + 1), at(0, 2 * i + 2)]).collect();
     faces.extend((0..2 * n).map(|i| [at(0, i), at(1, i), at(1, i + 1), at(0, i + 1)]));
+    ControlMesh::new(&faces, Tags { creases, ..Tags::default() }).unwrap()
+}
+
+/// Triangles round vertex 0, in one ring.
+fn umbrella(n: u32, is_closed: bool, creases: Vec<Crease>) -> ControlMesh {
+    let columns = if is_closed { n } else { n + 1 };
+    let at = |ring: u32, i: u32| 1 + ring * columns + i % columns;
+    let mut faces: Vec<[u32; 3]> = (0..n).map(|i| [0, at(0, i), at(0, i + 1)]).collect();
+    for i in 0..n {
+        faces.extend([[at(0, i), at(1, i), at(1, i + 1)], [at(0, i), at(1, i + 1), at(0, i + 1)]]);
+    }
     ControlMesh::new(&faces, Tags { creases, ..Tags::default() }).unwrap()
 }
 
@@ -85,6 +99,86 @@ fn every_kind() {
     }
 }
 
+/// A name, a scheme, and the mesh with a pole of so many faces.
+type SomeKind = (&'static str, Scheme, fn(u32) -> ControlMesh);
+
+/// Poles of every kind.
+fn all_kinds() -> Vec<SomeKind> {
+    let (quads, triangles) = (Scheme::CatmullClark, Scheme::Loop);
+    vec![
+        ("smooth", quads, |n| fan(n, true, Vec::new())),
+        ("boundary", quads, |n| fan(n, false, Vec::new())),
+        ("dart", quads, |n| fan(n, true, vec![Crease::new(0, 1, 10.0)])),
+        ("semi-sharp dart", quads, |n| fan(n, true, vec![Crease::new(0, 1, 2.5)])),
+        ("all spokes sharp by other values", quads, |n| {
+            let value = |j: u32| 0.5 + 3.0 * (f64::from(j) * 0.618).fract();
+            fan(n, true, (0..n).map(|j| Crease::new(0, 1 + 2 * j, value(j))).collect())
+        }),
+        ("boundary of triangles in quads", quads, |n| umbrella(n, false, Vec::new())),
+        ("smooth triangles", triangles, |n| umbrella(n, true, Vec::new())),
+        ("boundary of triangles", triangles, |n| umbrella(n, false, Vec::new())),
+        ("dart of triangles", triangles, |n| umbrella(n, true, vec![Crease::new(0, 1, 10.0)])),
+        ("semi-sharp dart of triangles", triangles, |n| umbrella(n, true, vec![Crease::new(0, 1, 2.5)])),
+        ("face of corners that look different", quads, |n| {
+            // A crease leads away from one corner.
+            let mut faces: Vec<Vec<u32>> = (0..n).map(|i| vec![i, n + i, n + (i + 1) % n, (i + 1) % n]).collect();
+            faces.push((0..n).collect());
+            ControlMesh::new(&faces, Tags { creases: vec![Crease::new(0, n, 10.0)], ..Tags::default() }).unwrap()
+        }),
+    ]
+}
+
+#[test]
+fn estimates_are_above_what_tables_take() {
+    let _counts = COUNTS.lock();
+    for (what, scheme, mesh) in all_kinds() {
+        // Faces have plans of n² numbers.
+        let power = if what.starts_with("face") { 3 } else { 2 };
+        let refused = 60_000 / if power == 3 { 20 } else { 1 };
+        let large = mesh(refused);
+        // Refused before anything large is made.
+        let (error, asked) = most_bytes(|| PatchTable::new(&large, scheme).map(|_| ()).unwrap_err());
+        let MeshError::PoleTooLarge { bytes, limit, pole } = error else { panic!("{what}: {error}") };
+        assert!(bytes > limit && asked < 1500.0 * f64::from(refused), "{what} {pole}: {asked} bytes asked for");
+        let estimated = bytes as f64 / f64::from(refused).powi(power);
+        let n = if power == 3 { 120 } else { 300 };
+        let small = mesh(n);
+        // The first time threads start.
+        PatchTable::new(&small, scheme).unwrap();
+        let (table, taken) = most_bytes(|| PatchTable::new(&small, scheme).unwrap());
+        let size = table.size();
+        // What grows with a lower power: the mesh's other faces, and rings and lists beside the points over all corners.
+        let rest = if power == 3 { 500.0 * f64::from(n * n) } else { 6500.0 * f64::from(n) };
+        let found = (taken - rest) / f64::from(n).powi(power);
+        println!(
+            "{what}: {found} bytes per power {power} of {n}, {} at the end; estimated {estimated}",
+            size.plan_bytes
+        );
+        assert!(found < estimated, "{what}: {found} {estimated}");
+    }
+}
+
+#[test]
+fn an_edit_that_would_take_too_much_is_refused_and_changes_nothing() {
+    let _counts = COUNTS.lock();
+    // All faces of a smooth vertex share a plan; with a crease each has its own.
+    let n = 4700;
+    let mut editor = TableEditor::new(&umbrella(n, true, Vec::new()), Scheme::Loop).unwrap();
+    let before = editor.table().size();
+    let refused = |result: Result<_, EditError>, faces: usize| {
+        let Err(EditError::Mesh(MeshError::PoleTooLarge { pole, .. })) = result else { panic!("not refused") };
+        assert_eq!(pole, Pole::Vertex { vertex: 0, faces });
+    };
+    let (result, asked) = most_bytes(|| editor.set_creases(&[(0, 5), (0, 5)], 10.0).map(|_| ()));
+    refused(result, 4700);
+    assert!(asked < 3000.0 * f64::from(n), "{asked} bytes");
+    refused(editor.replace_faces(&[3], &[]).map(|_| ()), 4699);
+    assert_eq!(editor.table().size(), before);
+    assert!(editor.mesh().unwrap().tags().creases.is_empty());
+    // Elsewhere edits go on.
+    editor.set_creases(&[(1 + n, 2 + n)], 10.0).unwrap();
+}
+
 #[test]
 fn a_location_at_a_pole_leaves_nothing_behind() {
     let _counts = COUNTS.lock();
@@ -100,5 +194,5 @@ fn a_location_at_a_pole_leaves_nothing_behind() {
 /// Bytes per square of the valence that a table may ask for, where all faces share a plan and where each has its own; and a
 /// tessellation.
 const SMOOTH: f64 = 60.0;
-const SECTOR: f64 = 400.0;
+const SECTOR: f64 = 200.0;
 const TESSELLATED: f64 = 200.0;

@@ -6,8 +6,8 @@ mod random_mesh;
 use brute_force::{Soup, apart, diagonal};
 use random_mesh::{Base, random_points};
 use subsurf::{
-    Boundary, ControlMesh, Corner, Crease, Derivatives, Face, LimitStencilTable, Location, MeshError, Method,
-    PatchTable, Rates, Rules, Scheme, TableSize, Tags, TessellateOptions,
+    Boundary, ControlMesh, Corner, Crease, Derivatives, Face, LimitStencilTable, Location, MOST_POLE_BYTES, MeshError,
+    Method, PatchTable, Pole, Rates, Rules, Scheme, TableSize, Tags, TessellateOptions,
 };
 
 fn mesh(base: Base, tags: Tags) -> ControlMesh {
@@ -201,7 +201,9 @@ fn a_pole_whose_rings_do_not_fit_is_refused_without_a_walk_round_it_per_face() {
     let umbrella = mesh(Base::Umbrella(200_000), Tags::default());
     for scheme in [Scheme::CatmullClark, Scheme::Loop] {
         let error = PatchTable::new(&umbrella, scheme).map(|_| ()).unwrap_err();
-        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
+        let MeshError::PoleTooLarge { pole, bytes, limit } = error else { panic!("{error}") };
+        assert_eq!((pole, limit), (Pole::Vertex { vertex: 0, faces: 200_000 }, MOST_POLE_BYTES));
+        assert!(bytes > limit && error.to_string().contains("has 200000 faces"), "{error}");
     }
 }
 

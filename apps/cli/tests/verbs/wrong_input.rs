@@ -142,3 +142,34 @@ fn a_reader_who_stops_reading_is_no_failure() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), output.stderr), (Some(0), Vec::new()));
 }
+
+#[test]
+fn a_vertex_of_too_many_faces_is_refused_by_every_verb_that_needs_a_patch_table() {
+    let folder = Folder::new();
+    let n = 6000;
+    let mut text = String::from("v 0 0 1\n");
+    for i in 0..=n {
+        let a = f64::from(i) / f64::from(n) * std::f64::consts::PI;
+        text += &format!("v {} {} 0\n", a.cos(), a.sin());
+    }
+    (0..n).for_each(|i| text += &format!("f 1 {} {}\n", i + 2, i + 3));
+    folder.write("pole.obj", &text);
+    folder.write("at.csv", "face,subface,u,v\n0,0,0,0\n");
+    let verbs = [
+        "tessellate pole.obj -r 2 -o out.obj",
+        "tessellate pole.obj --tolerance 0.1 --scheme loop -o out.obj",
+        "eval pole.obj --at at.csv -o out.csv",
+        "refine pole.obj -l 1 --limit -o out.obj",
+        "render pole.obj -o out.png",
+        "bench pole.obj -l 1 -r 1 -n 1 --json",
+    ];
+    for verb in verbs {
+        let run = folder.run(verb);
+        assert_eq!(run.status, 1, "{verb}: {}", run.stderr);
+        assert!(run.stderr.contains("vertex 0 (counted from 0) has 6000 faces"), "{verb}: {}", run.stderr);
+        assert!(run.stderr.contains("GB"), "{verb}: {}", run.stderr);
+        assert!(!["out.obj", "out.csv", "out.png"].iter().any(|name| folder.path(name).exists()), "{verb}");
+    }
+    // What needs none is done.
+    folder.run("refine pole.obj -l 1 -o out.obj").done();
+}

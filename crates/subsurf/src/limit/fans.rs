@@ -58,6 +58,11 @@ impl Fans {
         Self { sizes, valence, points }
     }
 
+    /// Vertices whose faces have at least `least` points beside them, and how many points.
+    pub fn many_points<'a>(&'a self, t: &'a Topology, least: usize) -> impl Iterator<Item = (u32, usize)> + 'a {
+        (0..self.sizes.len() as u32).map(|v| (v, self.points(t, v))).filter(move |&(_, points)| points >= least)
+    }
+
     /// Vertices of the faces at `v` beside it, at most.
     pub fn points(&self, t: &Topology, v: u32) -> usize {
         let few = if t.vertex_non_manifold[v as usize] { None } else { self.sizes[v as usize].few_points() };

@@ -10,10 +10,12 @@ mod survey;
 use super::fan_class::FanClasses;
 use super::fans::Fans;
 use super::plan_key::{Keys, Names, walk_plan};
+use super::pole_memory::{self, MOST_POLE_BYTES};
 use super::smooth_ring::{self, Valences};
 use crate::index::Face;
 use crate::kernel::are_distinct;
 use crate::mesh::{MAX_COUNT, MeshError};
+use crate::scheme::Scheme;
 use crate::topology::{FanSize, NONE, Surroundings, Topology, Walk};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -40,19 +42,21 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// `sizes` are those of the fans, if they are known; `whole` is the number of corners of a face that is one patch;
-    /// `face_patch` the first patch of every face; `names` shorten keys.
+    /// `sizes` are those of the fans, if they are known; `face_patch` is the first patch of every face; `names` shorten keys.
     ///
     /// # Errors
-    /// [`MeshError::TooLarge`] where rings would not fit into memory or into 32-bit indices.
+    /// [`MeshError::PoleTooLarge`] where rings or plans would not fit into memory, and [`MeshError::TooLarge`] where rings would
+    /// not fit into 32-bit indices.
     pub fn new(
         t: &Topology,
         sizes: Vec<FanSize>,
-        whole: usize,
+        scheme: Scheme,
         face_patch: &[u32],
         names: &mut Names,
     ) -> Result<Self, MeshError> {
         let fans = Fans::new(t, sizes);
+        pole_memory::check(t, scheme, &fans, MOST_POLE_BYTES)?;
+        let whole = scheme.patch_sides();
         let patches = face_patch[t.face_count()] as usize;
         let classes = FanClasses::new(t, &fans);
         let chunks = t.face_count().div_ceil(CHUNK);
@@ -61,7 +65,6 @@ impl Gathered {
         (0..chunks).into_par_iter().map_init(Vec::new, survey).collect_into_vec(&mut surveys);
         let sizes: Vec<Size> = surveys.iter().map(|survey| survey.size).collect();
         let size: Size = sizes.iter().copied().sum();
-        size.check(patches)?;
         let shared = Shared::new(t, whole, surveys, names);
 
         // Memory that comes zeroed costs nothing until threads write to it.
@@ -128,24 +131,8 @@ struct Size {
     others: usize,
 }
 
-/// Control points that all rings together may have beyond 64 per patch: a gigabyte. A pole of valence n has n rings of
-/// 2 n points; 2^28 allows one of 11,000.
-const MOST_RING_POINTS: usize = 1 << 28;
-
-impl Size {
-    /// Refuses meshes whose rings would not fit into memory, before any is made.
-    fn check(self, patches: usize) -> Result<(), MeshError> {
-        let (count, limit) = (self.direct + self.others, MOST_RING_POINTS + 64 * patches);
-        if count > limit {
-            let what = "control points round its faces (a vertex of n faces needs n² of them)";
-            return Err(MeshError::TooLarge { what, count, limit });
-        }
-        Ok(())
-    }
-}
-
 /// Control points in the rings of a face that are not read directly, at most.
-fn others(t: &Topology, whole: usize, fans: &Fans, face: Face) -> usize {
+pub(super) fn others(t: &Topology, whole: usize, fans: &Fans, face: Face) -> usize {
     let corners = t.face_vertices(face);
     // The face itself is there once; what it adds at each of its corners is not. n-gons have n patches.
     let own = corners.len();
@@ -350,7 +337,6 @@ mod tests {
     use super::*;
     use crate::limit::plan::may_have_fans;
     use crate::mesh::ControlMesh;
-    use crate::scheme::Scheme;
     use crate::shapes;
     use crate::tags::{Crease, Tags};
 
@@ -380,7 +366,7 @@ mod tests {
             let mut face_patch = vec![0];
             (0..t.face_count()).for_each(|f| face_patch.push(face_patch[f] + patches(f)));
             let mut names = Names::new(may_have_fans(&t, Scheme::CatmullClark));
-            let gathered = Gathered::new(&t, Vec::new(), 4, &face_patch, &mut names).unwrap();
+            let gathered = Gathered::new(&t, Vec::new(), Scheme::CatmullClark, &face_patch, &mut names).unwrap();
             for face in (0..t.face_count()).map(Face::new).filter(|&face| !t.is_hole(face)) {
                 let first = face_patch[face.index()] as usize;
                 for subface in 0..patches(face.index()) as usize {

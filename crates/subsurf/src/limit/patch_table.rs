@@ -83,7 +83,8 @@ impl PatchTable {
     /// Builds the table of a mesh, in parallel.
     ///
     /// # Errors
-    /// Those of [`Topology::new`], and [`MeshError::TooLarge`] where rings overflow 32-bit indices.
+    /// Those of [`Topology::new`], [`MeshError::PoleTooLarge`] where so many faces meet at a vertex that their rings and plans would
+    /// take more than [`MOST_POLE_BYTES`](crate::MOST_POLE_BYTES), and [`MeshError::TooLarge`] where rings overflow 32-bit indices.
     pub fn new(mesh: &ControlMesh, scheme: Scheme) -> Result<Self, MeshError> {
         Self::with_method(mesh, scheme, Method::default())
     }
@@ -130,7 +131,7 @@ impl PatchTable {
         let specials = SpecialVertices::new(method);
         let fan_sizes = std::mem::take(&mut topology.fan_sizes);
         let mut nodes = Numbers::new(may_have_fans(&topology, scheme));
-        let gathered = Gathered::new(&topology, fan_sizes, whole, &face_patch, nodes.names())?;
+        let gathered = Gathered::new(&topology, fan_sizes, scheme, &face_patch, nodes.names())?;
         let mut plans = Plans::empty(scheme);
         let (known, starts) = (gathered.known, gathered.representatives);
         plans.add(&topology, known.since(0).zip(starts), scheme, &specials, &mut nodes);

@@ -51,12 +51,15 @@ pub(crate) use sub_patches::{Cells, KeptCoefficients, PieceMap, Pose, Spot, SubP
 #[derive(Default)]
 pub(crate) struct SpecialVertices {
     made: Mutex<HashMap<Corner, Arc<SpecialVertex>>>,
+    /// Control points of leaves at vertices of many faces, by what the vertex is and how many points there are: the faces of a fan
+    /// from one boundary to the other have the same.
+    points: Mutex<HashMap<(Corner, usize), Arc<Rows>>>,
     method: Method,
 }
 
 impl SpecialVertices {
     pub fn new(method: Method) -> Self {
-        Self { made: Mutex::default(), method }
+        Self { method, ..Self::default() }
     }
 
     pub fn get(&self, corner: Corner) -> Arc<SpecialVertex> {
@@ -80,6 +83,16 @@ impl SpecialVertices {
             return made[&corner].clone();
         }
         self.known_or(corner, || SpecialVertex::new(corner, self.method))
+    }
+
+    /// The same control points of a leaf at such a corner, as others have them already.
+    fn share_points(&self, corner: Corner, points: Arc<Rows>) -> Arc<Rows> {
+        if !SpecialVertex::is_of_many(corner) || !points.is_selection() {
+            return points;
+        }
+        let mut all = self.points.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let first = all.entry((Corner { i: 0, ..corner }, points.len())).or_insert_with(|| points.clone());
+        if first.is_like(&points) { first.clone() } else { points }
     }
 
     fn known_or(&self, corner: Corner, new: impl FnOnce() -> SpecialVertex) -> Arc<SpecialVertex> {
@@ -211,6 +224,16 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
+        let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
+        self.bytes_of(|_| true) + lists
+    }
+
+    /// That of nodes over so many points and more.
+    pub fn bytes_of_wide(&self, least: usize) -> usize {
+        self.bytes_of(|node| node.ring >= least)
+    }
+
+    fn bytes_of(&self, is_counted: impl Fn(&&Node) -> bool) -> usize {
         // What nodes share is counted once.
         let mut met = HashSet::new();
         let mut once = |of: *const u8, bytes: usize| if met.insert(of) { bytes } else { 0 };
@@ -224,8 +247,7 @@ impl Plans {
                 split.points.bytes(&mut once) + ends
             }
         };
-        let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
-        self.nodes.iter().map(body).sum::<usize>() + lists
+        self.nodes.iter().filter(is_counted).map(body).sum()
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) fn canonical_corner(t: &impl Tables, face: Face, excess: u8) -> usize
 }
 
 /// A number that is equal for corners with equal fans (and seldom equal for others), finite sharpness lowered by `excess`.
-fn corner_signature(t: &impl Tables, own: HalfEdge, excess: i8) -> u64 {
+pub(super) fn corner_signature(t: &impl Tables, own: HalfEdge, excess: i8) -> u64 {
     let v = t.origin(own);
     let sharp = t.vertex_sharpness(v) > 0.0 || t.sharp_edges(v).next().is_some();
     let mut hash = KeyHasher::default();

@@ -1,5 +1,7 @@
 //! Sparse rows: points as combinations of other points.
 
+use std::collections::HashMap;
+
 /// One point: `(index, weight)` pairs, no index twice where the order matters. Most are a point itself, which takes no memory of
 /// its own.
 #[derive(Clone, Debug)]
@@ -46,8 +48,16 @@ pub(crate) struct Rows {
     offset: Vec<u32>,
     column: Vec<u32>,
     weight: Vec<f64>,
+    /// Where the weights of every row start, where rows of equal weights share them; none where they follow one another.
+    shared: Vec<u32>,
     columns: usize,
 }
+
+/// Least number of rows that share their weights. Larger: memory of wide plans; smaller: time and a list more for plans of few rows.
+const LEAST_SHARED: usize = 128;
+
+/// Most terms of rows that share their weights: longer ones are few.
+const MOST_SHARED: usize = 16;
 
 impl Rows {
     /// No rows over `columns` points.
@@ -61,6 +71,7 @@ impl Rows {
         self.offset.push(0);
         self.column.clear();
         self.weight.clear();
+        self.shared.clear();
         self.columns = columns;
     }
 
@@ -109,7 +120,40 @@ impl Rows {
         self.offset.shrink_to_fit();
         self.column.shrink_to_fit();
         self.weight.shrink_to_fit();
+        self.shared.shrink_to_fit();
         self
+    }
+
+    /// The same with the weights of equal rows stored once, where there are many: the rows of a fan have few different ones.
+    pub fn with_shared_weights(self) -> Self {
+        if self.offset.is_empty() || self.len() < LEAST_SHARED || !self.shared.is_empty() {
+            return self;
+        }
+        let Self { offset, column, weight, columns, .. } = self;
+        // Long rows have their own.
+        let rows = || offset.windows(2).map(|ends| ends[0] as usize..ends[1] as usize);
+        let short: usize = rows().map(|row| row.len()).filter(|&terms| terms <= MOST_SHARED).sum();
+        if 2 * short < weight.len() {
+            return Self { offset, column, weight, shared: Vec::new(), columns };
+        }
+        let mut known = HashMap::<&[u64], u32>::new();
+        let bits: Vec<u64> = weight.iter().map(|w| w.to_bits()).collect();
+        let (mut few, mut shared) = (Vec::new(), Vec::with_capacity(offset.len() - 1));
+        for own in rows() {
+            let mut add = || {
+                few.extend_from_slice(&weight[own.clone()]);
+                (few.len() - own.len()) as u32
+            };
+            shared.push(if own.len() <= MOST_SHARED {
+                *known.entry(&bits[own.clone()]).or_insert_with(add)
+            } else {
+                add()
+            });
+        }
+        if few.len() + shared.len() / 2 >= weight.len() {
+            return Self { offset, column, weight, shared: Vec::new(), columns };
+        }
+        Self { offset, column, weight: few, shared, columns }.shrunk()
     }
 
     pub fn len(&self) -> usize {
@@ -128,7 +172,12 @@ impl Rows {
             return (&self.column[i..=i], &[1.0]);
         }
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
-        (&self.column[range.clone()], &self.weight[range])
+        let columns = &self.column[range.clone()];
+        if self.shared.is_empty() {
+            return (columns, &self.weight[range]);
+        }
+        let start = self.shared[i] as usize;
+        (columns, &self.weight[start..start + columns.len()])
     }
 
     /// The column of every row, where each is just one of the points. For rows that sum to one: these have no fewer terms.
@@ -139,15 +188,23 @@ impl Rows {
         selected
     }
 
-    /// The weights of all rows, one after the other.
+    /// The weights of all rows, one after the other; of rows that are just points, and of those that share weights, there is no
+    /// such list.
     pub fn weights(&self) -> &[f64] {
+        debug_assert!(self.has_own_weights());
         &self.weight
     }
 
-    /// Where the weights of row `i` start among all.
+    /// Where the weights of row `i` start among all [`weights`](Self::weights).
     #[inline(always)]
     pub fn start(&self, i: usize) -> usize {
+        debug_assert!(self.has_own_weights());
         self.offset[i] as usize
+    }
+
+    /// True where every row has a place of its own among the weights.
+    fn has_own_weights(&self) -> bool {
+        !self.offset.is_empty() && self.shared.is_empty()
     }
 
     /// The same rows in another order.
@@ -160,6 +217,11 @@ impl Rows {
             out.offset.push(out.column.len() as u32);
         }
         out
+    }
+
+    /// True where every row is just one of the points.
+    pub fn is_selection(&self) -> bool {
+        self.offset.is_empty()
     }
 
     /// True where the rows of both are over the same points.
@@ -193,7 +255,7 @@ impl Rows {
 
     /// Heap memory in bytes.
     pub fn bytes(&self) -> usize {
-        4 * (self.offset.len() + self.column.len()) + 8 * self.weight.len()
+        4 * (self.offset.len() + self.column.len() + self.shared.len()) + 8 * self.weight.len()
     }
 }
 
@@ -245,4 +307,27 @@ impl Accumulator {
 /// `a · 2 - b`: the point beyond `a` seen from `b`.
 pub(crate) fn extrapolate(a: &Combination, b: &Combination) -> Combination {
     a.iter().map(|&(v, w)| (v, 2.0 * w)).chain(b.iter().map(|&(v, w)| (v, -w))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_share_weights_are_the_rows_that_they_were() {
+        let mut sum = Accumulator::new(600);
+        let mut rows = Rows::empty(600);
+        for i in 0..300 {
+            // Two kinds of short rows, and now and then one of many terms.
+            let terms = if i % 50 == 7 { 40 } else { 3 + i % 2 };
+            (0..terms).for_each(|k| sum.add(i + k, 1.0 / f64::from(terms + k)));
+            rows.push(&mut sum);
+        }
+        let shared = rows.clone().with_shared_weights();
+        assert!(shared.bytes() * 3 < rows.bytes() * 2, "{} {}", shared.bytes(), rows.bytes());
+        assert_eq!(shared.len(), rows.len());
+        assert!((0..rows.len()).all(|i| shared.terms(i) == rows.terms(i)));
+        assert!(shared.selected().is_none());
+        assert_eq!(shared.in_order(&[299, 7]).dense(), rows.in_order(&[299, 7]).dense());
+    }
 }

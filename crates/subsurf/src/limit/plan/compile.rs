@@ -77,11 +77,17 @@ struct Place {
     raise: i8,
 }
 
-/// A cut-out, and the half-edges of the level below.
-struct Parent {
-    cut: Topology,
-    half_edges: NextHalfEdges,
+/// Where the children of a node are cut out.
+enum Parent {
+    /// From a cut-out, with the half-edges of the level below.
+    Kept(Box<(Topology, NextHalfEdges)>),
+    /// From one that is large, and made again when a child needs it: its own parent and its place there.
+    Again(Option<Arc<Parent>>, Place),
 }
+
+/// Most vertices of a cut-out that is kept until the next generation. Larger: memory, since `n` faces at a vertex have `n` cut-outs
+/// of `n` faces each; smaller: time to make them again.
+const MOST_KEPT: usize = 256;
 
 /// Where a child leads to.
 struct MadeLink {
@@ -140,6 +146,8 @@ struct Scratch {
     list: Vec<u32>,
     key: Vec<u32>,
     apart: Apart,
+    /// The parent that was cut out again last.
+    again: Option<(Arc<Parent>, Topology, NextHalfEdges)>,
 }
 
 /// A walk, and the surroundings that it met.
@@ -187,7 +195,7 @@ impl Compiler<'_> {
         if let Some(made) = self.face_meshes.with(key, with) {
             return made;
         }
-        self.cut_out(parent.as_deref(), *place, scratch);
+        self.cut_out(parent.as_ref(), *place, scratch);
         let Scratch { cutter, .. } = scratch;
         let t = cutter.cut();
         let ring = t.vertex_count();
@@ -204,21 +212,42 @@ impl Compiler<'_> {
             let (step, children) = self.split_into_fans(t, &own, points, fan, list, child);
             return made((ring, Part::Split(step, children)));
         }
-        Made { ring, body: self.split(is_patch, known, scratch) }
+        Made { ring, body: self.split(is_patch, (parent.as_ref(), *place), known, scratch) }
     }
 
     /// Cuts out the surroundings at a place in the mesh, or in the level below another cut-out.
-    fn cut_out(&self, parent: Option<&Parent>, place: Place, Scratch { around, cutter, .. }: &mut Scratch) {
-        match parent {
+    fn cut_out(&self, parent: Option<&Arc<Parent>>, place: Place, scratch: &mut Scratch) {
+        let Scratch { around, cutter, again, .. } = scratch;
+        match parent.map(|parent| (parent, &**parent)) {
             None => around.cut_out(self.mesh, place, cutter),
-            Some(Parent { cut, half_edges }) => {
+            Some((_, Parent::Kept(kept))) => {
+                let (cut, half_edges) = &**kept;
                 around.cut_out(&NextLevel::new(cut, self.scheme.split(), half_edges), place, cutter);
+            }
+            Some((parent, Parent::Again(above, at))) => {
+                // Children of one node follow each other.
+                let last = again.take().filter(|last| Arc::ptr_eq(&last.0, parent));
+                let last = last.unwrap_or_else(|| {
+                    let (mut own, mut half_edges) = (Scratch::default(), NextHalfEdges::default());
+                    self.cut_out(above.as_ref(), *at, &mut own);
+                    let cut = own.cutter.take();
+                    half_edges.list(&cut, self.scheme.split());
+                    (parent.clone(), cut, half_edges)
+                });
+                around.cut_out(&NextLevel::new(&last.1, self.scheme.split(), &last.2), place, cutter);
+                *again = Some(last);
             }
         }
     }
 
     /// The step from a face that was cut out to its children, which are met by walks.
-    fn split(&self, is_patch: bool, known: &Known, scratch: &mut Scratch) -> MadeBody {
+    fn split(
+        &self,
+        is_patch: bool,
+        (above, place): (Option<&Arc<Parent>>, Place),
+        known: &Known,
+        scratch: &mut Scratch,
+    ) -> MadeBody {
         let split = self.scheme.split();
         let Scratch { around, cutter, points, half_edges, apart, key, .. } = scratch;
         let t = cutter.take();
@@ -248,11 +277,12 @@ impl Compiler<'_> {
         let children: Vec<MadeChild> = children.collect();
         let points = Points::new(Step::new(None, points.rows().clone(), Arc::new(rings.shrunk())));
         let ends = (is_patch && has_side(&t, Face(0))).then(|| LinearEnds::new(&t, self.scheme, self.specials));
-        let parent = if children.iter().any(MadeChild::is_new) {
-            Some(Arc::new(Parent { cut: t, half_edges: std::mem::take(half_edges) }))
+        let has_new = children.iter().any(MadeChild::is_new);
+        let parent = if has_new && t.vertex_count() <= MOST_KEPT {
+            Some(Arc::new(Parent::Kept(Box::new((t, std::mem::take(half_edges))))))
         } else {
             cutter.give_back(t);
-            None
+            has_new.then(|| Arc::new(Parent::Again(above.cloned(), place)))
         };
         MadeBody::Split { parent, points, children, ends }
     }

@@ -15,6 +15,9 @@ use crate::tags::INFINITE_SHARPNESS;
 use crate::topology::{NONE, SharpnessColumn, Topology};
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// Terms of a row from which on it is looked for among those without sharpness. Smaller: time for meshes of few faces to a vertex.
+const LONG: usize = 64;
+
 /// What may be sharp.
 #[derive(Clone, Copy)]
 enum Element {
@@ -78,7 +81,11 @@ impl FaceMesh {
             };
             rings.push(list.iter().map(row));
         }
-        let smooth = Smooth { rows: Arc::new(points.rows().clone()), vertices, rings: Arc::new(rings.shrunk()) };
+        let smooth = Smooth {
+            rows: Arc::new(points.rows().clone().with_shared_weights()),
+            vertices,
+            rings: Arc::new(rings.shrunk()),
+        };
         let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), t.vertex_sharpness.clone());
         let (smooth, changed) = (Arc::new(smooth), Vec::new());
         Some(Self { topology: t, own, slots, smooth_edges, smooth_vertices, smooth, changed })
@@ -117,15 +124,29 @@ impl FaceMesh {
         let (t, smooth, changed) = (&self.topology, &self.smooth, &self.changed);
         points.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
         changed.iter().for_each(|&v| _ = points.row(t, Scheme::CatmullClark, v));
-        let rings = if changed.is_empty() {
-            smooth.rings.clone()
-        } else {
-            let first = smooth.vertices.len() as u32;
-            let row =
-                |row: u32| changed.binary_search(&smooth.vertices[row as usize]).map_or(row, |i| first + i as u32);
-            Arc::new(smooth.rings.renumbered(row))
+        if changed.is_empty() {
+            return Step::new(Some(smooth.rows.clone()), points.rows().clone(), smooth.rings.clone());
+        }
+        // A vertex of many faces may keep its mask, as at a dart: that is as long as the ring.
+        let rows = points.rows();
+        let keeps = |i: usize| {
+            let is_row = |v: &u32| *v == changed[i];
+            rows.terms(i).0.len() > LONG
+                && smooth.vertices.iter().position(is_row).is_some_and(|k| smooth.rows.terms(k) == rows.terms(i))
         };
-        Step::new(Some(smooth.rows.clone()), points.rows().clone(), rings)
+        let (mut own, mut number) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+        for i in 0..rows.len() {
+            let is_kept = keeps(i);
+            number.push((!is_kept).then_some((smooth.vertices.len() + own.len()) as u32));
+            own.extend((!is_kept).then_some(i));
+        }
+        let row = |row: u32| {
+            let at = changed.binary_search(&smooth.vertices[row as usize]).ok();
+            at.and_then(|i| number[i]).unwrap_or(row)
+        };
+        let rings = Arc::new(smooth.rings.renumbered(row));
+        let own = if own.len() == rows.len() { rows.clone() } else { rows.in_order(&own) };
+        Step::new(Some(smooth.rows.clone()), own, rings)
     }
 }
 

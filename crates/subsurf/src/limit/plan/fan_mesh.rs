@@ -29,7 +29,13 @@ pub(super) struct FanMesh {
     fixed: Arc<Rows>,
     /// The children's rings: fixed points first.
     rings: Arc<Rings>,
+    /// At a vertex of many faces, whose mask is as long as the ring: the rings where it is the mask of a smooth vertex, which is
+    /// the last of the fixed rows then.
+    smooth_rings: Option<Arc<Rings>>,
 }
+
+/// Terms of a vertex's row from which on it is shared by all fans of a shape where it can be.
+const LONG: usize = 64;
 
 impl FanMesh {
     pub fn new(shape: FanShape) -> Self {
@@ -62,15 +68,32 @@ impl FanMesh {
         fixed.dedup();
         let depend: HashSet<u32> = varying.iter().copied().collect();
         fixed.retain(|v| !depend.contains(v));
-        let row: HashMap<u32, u32> = fixed.iter().chain(&varying).copied().zip(0..).collect();
-        let mut rings = Rings::default();
-        below.iter().for_each(|ring| rings.push(ring.iter().map(|v| row[v])));
         let mut points = RefinedPoints::default();
         points.clear(&t, edge_points as usize + t.edge_count());
         fixed.iter().for_each(|&v| _ = points.row(&t, Scheme::CatmullClark, v));
+        let is_long = 2 * shape.faces as usize > LONG && shape.is_closed;
+        if is_long {
+            points.row(&t, Scheme::CatmullClark, varying[0]);
+        }
+        let (first, fixed_rows) = (fixed.len() as u32, points.rows().len() as u32);
+        let row: HashMap<u32, u32> =
+            fixed.iter().copied().zip(0..).chain(varying.iter().copied().zip(fixed_rows..)).collect();
+        let mut rings = Rings::default();
+        below.iter().for_each(|ring| rings.push(ring.iter().map(|v| row[v])));
+        // The vertex comes first of what varies.
+        let without = |p: u32| {
+            if p == fixed_rows {
+                first
+            } else if p > fixed_rows {
+                p - 1
+            } else {
+                p
+            }
+        };
+        let smooth_rings = is_long.then(|| Arc::new(rings.renumbered(without)));
         let (smooth_edges, smooth_vertices) = (t.edge_sharpness.clone(), SharpnessColumn::smooth(t.vertex_count()));
-        let (fixed, rings) = (Arc::new(points.rows().clone()), Arc::new(rings.shrunk()));
-        Self { topology: t, own, spokes, beyond, smooth_edges, smooth_vertices, varying, fixed, rings }
+        let (fixed, rings) = (Arc::new(points.rows().clone().with_shared_weights()), Arc::new(rings.shrunk()));
+        Self { topology: t, own, spokes, beyond, smooth_edges, smooth_vertices, varying, fixed, rings, smooth_rings }
     }
 
     /// Takes the sharpness of a fan of its shape.
@@ -92,7 +115,13 @@ impl FanMesh {
         let t = &self.topology;
         scratch.clear(t, t.vertex_count() + t.face_count() + t.edge_count());
         self.varying.iter().for_each(|&v| _ = scratch.row(t, Scheme::CatmullClark, v));
-        Step::new(Some(self.fixed.clone()), scratch.rows().clone(), self.rings.clone())
+        let rows = scratch.rows();
+        let smooth = self.smooth_rings.as_ref().filter(|_| self.fixed.terms(self.fixed.len() - 1) == rows.terms(0));
+        let (own, rings) = match smooth {
+            Some(rings) => (rows.in_order(&(1..rows.len()).collect::<Vec<_>>()), rings),
+            None => (rows.clone(), &self.rings),
+        };
+        Step::new(Some(self.fixed.clone()), own, rings.clone())
     }
 }
 

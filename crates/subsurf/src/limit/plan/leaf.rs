@@ -57,7 +57,9 @@ impl Compiler<'_> {
                     SplitKind::Triangles => triangle_points::special_points(t, own[j]),
                 };
                 debug_assert_eq!(points.len(), vertex.points(), "{corner:?}");
-                Some(make(t, LeafShape::Special { turn: j as u8, vertex }, points, creases))
+                let mut leaf = make(t, LeafShape::Special { turn: j as u8, vertex }, points, creases);
+                leaf.points = self.specials.share_points(corner, leaf.points);
+                Some(leaf)
             }
             _ => None,
         }

@@ -84,7 +84,9 @@ impl Step {
 }
 
 impl Points {
-    pub fn new(step: Step) -> Self {
+    /// Of a node by itself, whose weights need no places of their own.
+    pub fn new(mut step: Step) -> Self {
+        step.own = step.own.with_shared_weights();
         Self { step: Arc::new(step), weights: None }
     }
 

@@ -89,7 +89,7 @@ impl Compiler<'_> {
         if let Some(template) = self.face_meshes.with(key, with) {
             return template;
         }
-        self.cut_out(parent.as_deref(), *place, scratch);
+        self.cut_out(parent.as_ref(), *place, scratch);
         let Scratch { cutter, points, fan: below, list, .. } = scratch;
         let whole = cutter.take();
         let own: Vec<HalfEdge> = (0..whole.sides(Face(0))).map(|c| whole.half_edge(Face(0), c)).collect();

@@ -119,7 +119,7 @@ fn cut_shapes(open: &[Open], known: &Known, meshes: &mut FaceMeshes, compiler: &
     let shapes: Vec<u32> = (0..alike.len() as u32).filter(is_wanted).collect();
     let cut = |scratch: &mut Scratch, &shape: &u32| {
         let (parent, place) = open[alike[shape as usize].1].face.as_ref()?;
-        compiler.cut_out(parent.as_deref(), *place, scratch);
+        compiler.cut_out(parent.as_ref(), *place, scratch);
         FaceMesh::new(scratch.cutter.take(), compiler.scheme, &mut scratch.points)
     };
     let made: Vec<Option<FaceMesh>> = shapes.par_iter().map_init(Scratch::default, cut).collect();
