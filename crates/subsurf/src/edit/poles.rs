@@ -61,15 +61,18 @@ impl TableEditor {
         // Under Chaikin's rule creases at far ends have a say. Plans that no face has any more are kept for the next edits.
         let touched = if self.rules.creasing == Creasing::Chaikin { &corners } else { touched };
         let is_new = |face: Face| topology.face_vertices(face).iter().any(|&v| touched.contains(&vertices[v as usize]));
-        check_edit(&topology, self.table.scheme(), is_new, self.table.pole_bytes()).map_err(|error| match error {
-            MeshError::PoleTooLarge { pole: Pole::Vertex { vertex, faces }, bytes, limit } => {
-                let pole = Pole::Vertex { vertex: vertices[vertex as usize], faces };
-                MeshError::PoleTooLarge { pole, bytes, limit }
-            }
-            MeshError::PoleTooLarge { pole: Pole::Face { face, corners }, bytes, limit } => {
-                MeshError::PoleTooLarge { pole: Pole::Face { face: in_mesh(face), corners }, bytes, limit }
-            }
-            error => error,
-        })
+        let faces = t.face_count() + new.len();
+        check_edit(&topology, self.table.scheme(), is_new, self.table.pole_bytes(), faces).map_err(
+            |error| match error {
+                MeshError::PoleTooLarge { pole: Pole::Vertex { vertex, faces }, bytes, limit } => {
+                    let pole = Pole::Vertex { vertex: vertices[vertex as usize], faces };
+                    MeshError::PoleTooLarge { pole, bytes, limit }
+                }
+                MeshError::PoleTooLarge { pole: Pole::Face { face, corners }, bytes, limit } => {
+                    MeshError::PoleTooLarge { pole: Pole::Face { face: in_mesh(face), corners }, bytes, limit }
+                }
+                error => error,
+            },
+        )
     }
 }

@@ -60,7 +60,12 @@ impl Fans {
 
     /// Vertices whose faces have at least `least` points beside them, and how many points.
     pub fn many_points<'a>(&'a self, t: &'a Topology, least: usize) -> impl Iterator<Item = (u32, usize)> + 'a {
-        (0..self.sizes.len() as u32).map(|v| (v, self.points(t, v))).filter(move |&(_, points)| points >= least)
+        // Hardly a block has one.
+        let may_have = move |sizes: &[FanSize]| sizes.iter().fold(false, |any, size| any | size.may_have_points(least));
+        let blocks = self.sizes.chunks(BLOCK).zip((0u32..).step_by(BLOCK)).filter(move |(sizes, _)| may_have(sizes));
+        let of_blocks = blocks.flat_map(|(sizes, first)| first..first + sizes.len() as u32);
+        let few = of_blocks.filter(|v| !self.points.contains_key(v)).map(|v| (v, self.points(t, v)));
+        few.chain(self.points.iter().map(|(&v, &points)| (v, points))).filter(move |&(_, points)| points >= least)
     }
 
     /// Vertices of the faces at `v` beside it, at most.

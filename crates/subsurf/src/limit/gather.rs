@@ -10,7 +10,7 @@ mod survey;
 use super::fan_class::FanClasses;
 use super::fans::Fans;
 use super::plan_key::{Keys, Names, walk_plan};
-use super::pole_memory::{self, MOST_POLE_BYTES};
+use super::pole_memory;
 use super::smooth_ring::{self, Valences};
 use crate::index::Face;
 use crate::kernel::are_distinct;
@@ -55,7 +55,7 @@ impl Gathered {
         names: &mut Names,
     ) -> Result<Self, MeshError> {
         let fans = Fans::new(t, sizes);
-        pole_memory::check(t, scheme, &fans, MOST_POLE_BYTES)?;
+        pole_memory::check(t, scheme, &fans)?;
         let whole = scheme.patch_sides();
         let patches = face_patch[t.face_count()] as usize;
         let classes = FanClasses::new(t, &fans);

@@ -17,12 +17,18 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::Hasher;
 
 /// Bytes that a [`PatchTable`](crate::PatchTable) may take while it is made for what grows with the square of the number of faces
-/// round a vertex, or of corners of a face: 4 GiB, for all such places of a mesh together.
+/// round a vertex, or of corners of a face: 4 GiB, for all such places of a mesh together, and beside it one kilobyte for every
+/// face of the mesh.
 ///
 /// That admits a smooth vertex of some 14,000 quads or 20,000 triangles under Loop, a boundary vertex or dart of some 4,800 or
 /// 4,500, and a face of some 500 corners that all look different. Larger ones are refused with
 /// [`MeshError::PoleTooLarge`] before anything large is made. Uniform refinement has no such limit.
 pub const MOST_POLE_BYTES: u64 = 4 << 30;
+
+/// What all such places may take in a mesh of so many faces. A large mesh may have many of them, each of which is small beside it.
+fn most_bytes(faces: usize) -> u64 {
+    MOST_POLE_BYTES + 1024 * faces as u64
+}
 
 /// Bytes per point of a ring: four, and up to six more while rings are gathered.
 const RING_BYTES: u64 = 10;
@@ -53,8 +59,8 @@ struct Charge {
 /// repeat.
 type Places = HashMap<u32, (u32, u32)>;
 
-/// Refuses an edit after which the faces of `t` that are made anew, beside the `taken` bytes that are taken already, would take
-/// more than [`MOST_POLE_BYTES`].
+/// Refuses an edit of a mesh of so many faces after which those of `t` that are made anew, beside the `taken` bytes that are taken
+/// already, would take more than is allowed.
 ///
 /// # Errors
 /// As [`check`].
@@ -63,16 +69,17 @@ pub(crate) fn check_edit(
     scheme: Scheme,
     is_new: impl Fn(Face) -> bool,
     taken: u64,
+    faces: usize,
 ) -> Result<(), MeshError> {
-    check_some(t, scheme, &Fans::new(t, Vec::new()), is_new, taken, MOST_POLE_BYTES)
+    check_some(t, scheme, &Fans::new(t, Vec::new()), is_new, taken, most_bytes(faces))
 }
 
-/// Refuses meshes whose rings and plans would take more than `limit` bytes. Numbers of vertices and faces are those of `t`.
+/// Refuses meshes whose rings and plans would take more than is allowed. Numbers of vertices and faces are those of `t`.
 ///
 /// # Errors
 /// [`MeshError::PoleTooLarge`] names the place that takes most.
-pub(super) fn check(t: &Topology, scheme: Scheme, fans: &Fans, limit: u64) -> Result<(), MeshError> {
-    check_some(t, scheme, fans, |_| true, 0, limit)
+pub(super) fn check(t: &Topology, scheme: Scheme, fans: &Fans) -> Result<(), MeshError> {
+    check_some(t, scheme, fans, |_| true, 0, most_bytes(t.face_count()))
 }
 
 fn check_some(
@@ -84,8 +91,8 @@ fn check_some(
     limit: u64,
 ) -> Result<(), MeshError> {
     let poles: BTreeMap<u32, usize> = fans.many_points(t, MANY_POINTS).collect();
-    let has_large_faces =
-        matches!(t.face, FaceOf::Listed(_)) && (0..t.face_count()).any(|f| t.sides(Face::new(f)) >= MANY_SIDES);
+    let most_sides = || t.face_offset.windows(2).fold(0, |most, w| most.max(w[1] - w[0]));
+    let has_large_faces = matches!(t.face, FaceOf::Listed(_)) && most_sides() as usize >= MANY_SIDES;
     if poles.is_empty() && !has_large_faces {
         return Ok(());
     }
@@ -210,7 +217,7 @@ mod tests {
 
     /// The bytes that are estimated, as a refusal tells.
     fn estimate(t: &Topology, scheme: Scheme) -> (Option<Pole>, u64) {
-        match check(t, scheme, &Fans::new(t, Vec::new()), 0) {
+        match check_some(t, scheme, &Fans::new(t, Vec::new()), |_| true, 0, 0) {
             Err(MeshError::PoleTooLarge { pole, bytes, .. }) => (Some(pole), bytes),
             _ => (None, 0),
         }
@@ -222,8 +229,9 @@ mod tests {
         let (pole, bytes) = estimate(&t, Scheme::CatmullClark);
         assert_eq!(pole, Some(Pole::Vertex { vertex: 0, faces: 200 }));
         let fans = Fans::new(&t, Vec::new());
-        assert!(check(&t, Scheme::CatmullClark, &fans, bytes).is_ok());
-        assert!(check(&t, Scheme::CatmullClark, &fans, bytes - 1).is_err());
+        let with_limit = |limit| check_some(&t, Scheme::CatmullClark, &fans, |_| true, 0, limit);
+        assert!(with_limit(bytes).is_ok() && with_limit(bytes - 1).is_err());
+        assert!(check(&t, Scheme::CatmullClark, &fans).is_ok());
     }
 
     #[test]

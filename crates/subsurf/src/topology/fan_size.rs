@@ -85,6 +85,12 @@ impl FanSize {
         (points < MANY_POINTS).then_some(usize::from(points) + usize::from(self.0 & CLOSED == 0))
     }
 
+    /// False where there are fewer than `least` for sure.
+    #[inline]
+    pub fn may_have_points(self, least: usize) -> bool {
+        usize::from(self.0 >> 8) + 1 >= least.min(usize::from(MANY_POINTS))
+    }
+
     /// The same for any number, by a walk round the vertex.
     pub fn count_points(t: &Topology, v: Vertex) -> usize {
         let (_, points, _, closed) = walk(t, v);
