@@ -53,11 +53,11 @@ pub enum MeshError {
         *bytes as f64 / 1e9, *limit as f64 / 1e9, pole.advice()
     )]
     PoleTooLarge {
-        /// Where most of it is.
+        /// Where.
         pole: Pole,
-        /// Bytes that all such places of the mesh would take, estimated.
+        /// Bytes that it would take, estimated.
         bytes: u64,
-        /// Bytes that they may take.
+        /// Bytes that it may take.
         limit: u64,
     },
     /// A crease names a vertex that does not exist, or two vertices that no edge joins.

@@ -58,21 +58,18 @@ impl TableEditor {
         tags.holes = holes.map(|(_, i)| i).collect();
         let topology = Topology::new(&ControlMesh::new(&faces, tags)?)?;
         let in_mesh = |face: u32| kept.get(face as usize).map_or(t.face_count() as u32, |face| face.0);
-        // Under Chaikin's rule creases at far ends have a say. Plans that no face has any more are kept for the next edits.
+        // Under Chaikin's rule creases at far ends have a say.
         let touched = if self.rules.creasing == Creasing::Chaikin { &corners } else { touched };
         let is_new = |face: Face| topology.face_vertices(face).iter().any(|&v| touched.contains(&vertices[v as usize]));
-        let faces = t.face_count() + new.len();
-        check_edit(&topology, self.table.scheme(), is_new, self.table.pole_bytes(), faces).map_err(
-            |error| match error {
-                MeshError::PoleTooLarge { pole: Pole::Vertex { vertex, faces }, bytes, limit } => {
-                    let pole = Pole::Vertex { vertex: vertices[vertex as usize], faces };
-                    MeshError::PoleTooLarge { pole, bytes, limit }
-                }
-                MeshError::PoleTooLarge { pole: Pole::Face { face, corners }, bytes, limit } => {
-                    MeshError::PoleTooLarge { pole: Pole::Face { face: in_mesh(face), corners }, bytes, limit }
-                }
-                error => error,
-            },
-        )
+        check_edit(&topology, self.table.scheme(), is_new).map_err(|error| match error {
+            MeshError::PoleTooLarge { pole: Pole::Vertex { vertex, faces }, bytes, limit } => {
+                let pole = Pole::Vertex { vertex: vertices[vertex as usize], faces };
+                MeshError::PoleTooLarge { pole, bytes, limit }
+            }
+            MeshError::PoleTooLarge { pole: Pole::Face { face, corners }, bytes, limit } => {
+                MeshError::PoleTooLarge { pole: Pole::Face { face: in_mesh(face), corners }, bytes, limit }
+            }
+            error => error,
+        })
     }
 }

@@ -45,8 +45,8 @@ impl Gathered {
     /// `sizes` are those of the fans, if they are known; `face_patch` is the first patch of every face; `names` shorten keys.
     ///
     /// # Errors
-    /// [`MeshError::PoleTooLarge`] where rings or plans would not fit into memory, and [`MeshError::TooLarge`] where rings would
-    /// not fit into 32-bit indices.
+    /// [`MeshError::PoleTooLarge`] where rings and plans at one place would not fit into memory, and [`MeshError::TooLarge`] where all
+    /// rings would not, or not into 32-bit indices.
     pub fn new(
         t: &Topology,
         sizes: Vec<FanSize>,
@@ -65,6 +65,7 @@ impl Gathered {
         (0..chunks).into_par_iter().map_init(Vec::new, survey).collect_into_vec(&mut surveys);
         let sizes: Vec<Size> = surveys.iter().map(|survey| survey.size).collect();
         let size: Size = sizes.iter().copied().sum();
+        size.check(patches)?;
         let shared = Shared::new(t, whole, surveys, names);
 
         // Memory that comes zeroed costs nothing until threads write to it.
@@ -129,6 +130,21 @@ struct Size {
     direct: usize,
     /// Control points in the rings of other patches, at most.
     others: usize,
+}
+
+/// Control points that all rings together may have beyond 64 per patch: a gigabyte.
+const MOST_RING_POINTS: usize = 1 << 28;
+
+impl Size {
+    /// Refuses meshes whose rings would not fit into memory, before any is made.
+    fn check(self, patches: usize) -> Result<(), MeshError> {
+        let (count, limit) = (self.direct + self.others, MOST_RING_POINTS + 64 * patches);
+        if count > limit {
+            let what = "control points round its faces (a vertex of n faces needs n² of them)";
+            return Err(MeshError::TooLarge { what, count, limit });
+        }
+        Ok(())
+    }
 }
 
 /// Control points in the rings of a face that are not read directly, at most.

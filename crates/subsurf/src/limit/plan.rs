@@ -224,16 +224,6 @@ impl Plans {
 
     /// Heap memory in bytes, shared special vertices and what evaluation tabulates left out.
     pub fn bytes(&self) -> usize {
-        let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
-        self.bytes_of(|_| true) + lists
-    }
-
-    /// That of nodes over so many points and more.
-    pub fn bytes_of_wide(&self, least: usize) -> usize {
-        self.bytes_of(|node| node.ring >= least)
-    }
-
-    fn bytes_of(&self, is_counted: impl Fn(&&Node) -> bool) -> usize {
         // What nodes share is counted once.
         let mut met = HashSet::new();
         let mut once = |of: *const u8, bytes: usize| if met.insert(of) { bytes } else { 0 };
@@ -247,7 +237,8 @@ impl Plans {
                 split.points.bytes(&mut once) + ends
             }
         };
-        self.nodes.iter().filter(is_counted).map(body).sum()
+        let lists = self.nodes.capacity() * size_of::<Node>() + self.plans.capacity() * size_of::<Link>();
+        self.nodes.iter().map(body).sum::<usize>() + lists
     }
 }
 

@@ -8,15 +8,15 @@
 mod joined;
 mod share;
 
-use super::FaceOf;
 use super::edges::Edges;
+use super::{FaceOf, NONE};
 use rayon::prelude::*;
 use share::{Own, Share};
 use std::ops::Range;
 
 /// The edges of a list of faces. The *leader* of an edge is its first half-edge.
 pub(super) struct Matching {
-    /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`](super::NONE).
+    /// The other half-edge of edges with two faces in opposite directions; elsewhere [`NONE`].
     pub twin: Vec<u32>,
     /// First outgoing half-edge of every vertex.
     pub first_outgoing: Vec<u32>,
@@ -39,6 +39,10 @@ pub(super) struct FaceList<'a> {
 
 /// Fewer half-edges than this are one thread's work.
 const FEW: usize = 1 << 14;
+
+/// How often each vertex is in the tables of a thread, on average, at most; eight bytes each. Larger: memory, where faces are far from
+/// one another in the list; smaller: fewer threads there.
+const MOST_OFTEN: usize = 8;
 
 impl FaceList<'_> {
     /// Calls `visit` with the first half-edge and the corners of faces in order.
@@ -77,6 +81,27 @@ impl FaceList<'_> {
         };
         (0..parts).map(|k| bound(k)..if k + 1 == parts { self.face_count() } else { bound(k + 1) }).collect()
     }
+
+    /// From the least to the largest of the vertices that some faces name.
+    fn vertices(&self, faces: &Range<usize>) -> Range<u32> {
+        let corners = &self.origin[self.half_edges(faces)];
+        let (least, end) = corners.iter().fold((NONE, 0), |(a, b), &v| (v.min(a), b.max(v + 1)));
+        least.min(end)..end
+    }
+
+    /// The faces of so many threads and their vertices; of fewer where these overlap too much.
+    fn shares(&self, threads: usize) -> Vec<(Range<usize>, Range<u32>)> {
+        let mut parts = threads;
+        loop {
+            let shares: Vec<_> =
+                self.parts(parts).into_par_iter().map(|faces| (self.vertices(&faces), faces)).collect();
+            let entries: usize = shares.iter().map(|(vertices, _)| vertices.len()).sum();
+            if parts <= MOST_OFTEN || entries <= MOST_OFTEN * self.vertex_count {
+                return shares.into_iter().map(|(vertices, faces)| (faces, vertices)).collect();
+            }
+            parts = parts.div_ceil(2);
+        }
+    }
 }
 
 impl Matching {
@@ -90,9 +115,10 @@ impl Matching {
         let half_edges = list.origin.len();
         let (mut twin, mut edge) = (subsurf_memory::zeroed(half_edges), subsurf_memory::zeroed(half_edges));
         if threads > 1 {
-            let mut owns = Own::of_parts(list, list.parts(threads), &mut twin, &mut edge);
-            let share = |own: &mut Own<'_>| Share::new(list, own.vertices(list), own);
-            let mut shares: Vec<Share> = owns.par_iter_mut().map(share).collect();
+            let (faces, vertices): (Vec<_>, Vec<_>) = list.shares(threads).into_iter().unzip();
+            let mut owns = Own::of_parts(list, faces, &mut twin, &mut edge);
+            let share = |(own, vertices): (&mut Own<'_>, _)| Share::new(list, vertices, own);
+            let mut shares: Vec<Share> = owns.par_iter_mut().zip(vertices).map(share).collect();
             if let Some(first_outgoing) = joined::join(list, &mut shares, &mut owns) {
                 return Self::of_shares(shares, twin, edge, first_outgoing);
             }
@@ -176,7 +202,7 @@ mod tests {
         let face = FaceOf::new(&face_offset);
         let list = FaceList { vertex_count, face_offset: &face_offset, origin: &origin, face: &face };
         let one = Found::new(list, 1);
-        for threads in [2, 3, 7] {
+        for threads in [2, 3, 7, 64] {
             let several = Found::new(list, threads);
             assert!(several == one, "{what}, {threads} threads: {several:?} instead of {one:?}");
         }
@@ -214,6 +240,14 @@ mod tests {
             assert_eq!(threads_that_serve(&odd, 3), 1, "{name}, a face at the end too");
             is_the_same_for_any_number_of_threads(name, &odd);
         }
+    }
+
+    #[test]
+    fn few_threads_serve_where_all_would_need_tables_of_all_vertices() {
+        let list = faces(&shapes::grid(30, 30));
+        assert_eq!(threads_that_serve(&list, 64), 64);
+        let scattered: Vec<_> = (0..31).flat_map(|k| list.iter().skip(k).step_by(31).cloned()).collect();
+        assert_eq!(threads_that_serve(&scattered, 64), MOST_OFTEN);
     }
 
     #[test]

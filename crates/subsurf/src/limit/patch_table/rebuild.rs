@@ -1,7 +1,6 @@
 //! Patches made anew after an edit, the rest of the table left as it is.
 
 use super::super::plan_key::walk_plan;
-use super::super::pole_memory::MANY_POINTS;
 use super::{Known, PatchTable};
 use crate::index::Face;
 use crate::mesh::{MAX_COUNT, MeshError};
@@ -11,12 +10,6 @@ impl PatchTable {
     /// The topology, for edits; the patches round what changes there are to be made anew.
     pub(crate) fn topology_mut(&mut self) -> &mut Topology {
         &mut self.topology
-    }
-
-    /// Bytes that plans and rings of very many points take, those that no patch has any more included.
-    pub(crate) fn pole_bytes(&self) -> u64 {
-        let rings = self.edited_rings.values().map(Vec::len).filter(|&len| len >= MANY_POINTS);
-        (self.plans.bytes_of_wide(MANY_POINTS) + rings.map(|len| 4 * len).sum::<usize>()) as u64
     }
 
     /// Leaves a face's patches empty, as those of holes are.

@@ -20,20 +20,20 @@ pub(super) fn join(list: FaceList<'_>, shares: &mut [Share], owns: &mut [Own<'_>
     let mut first_outgoing = subsurf_memory::zeroed(list.vertex_count);
     let blocks = first_outgoing.par_chunks_mut(BLOCK).enumerate();
     let found = blocks.map(|(block, outgoing)| common_edges(shares, owns, (block * BLOCK) as u32, outgoing));
-    let mut common = found.try_reduce(Vec::new, |a, b| Some([a, b].into_iter().flatten().collect()))?;
-    common.extend(common_crowded_edges(shares, owns)?);
+    let mut found = found.collect::<Option<Vec<Vec<Common>>>>()?;
+    found.push(common_crowded_edges(shares, owns)?);
 
     let mut merges: Vec<Merge> = shares.iter().map(|_| Merge::default()).collect();
-    for Common { earlier, later } in common {
+    for Common { earlier, later } in found.into_iter().flatten() {
         let half_edge = |(share, edge): (u32, u32)| shares[share as usize].leader[edge as usize];
         let (h, twin) = (half_edge(earlier), half_edge(later));
         merges[earlier.0 as usize].twins.push((h, twin));
         merges[later.0 as usize].twins.push((twin, h));
         merges[later.0 as usize].dropped.push((later.1, earlier));
     }
+    merges.par_iter_mut().for_each(|merge| merge.dropped.sort_unstable());
     let mut count = 0;
     for (merge, share) in merges.iter_mut().zip(shares.iter()) {
-        merge.dropped.sort_unstable();
         merge.base = count;
         count += (share.leader.len() - merge.dropped.len()) as u32;
     }
@@ -105,14 +105,11 @@ fn common_edges(shares: &[Share], owns: &[Own<'_>], start: u32, outgoing: &mut [
 
 /// The same at vertices whose chains are full.
 fn common_crowded_edges(shares: &[Share], owns: &[Own<'_>]) -> Option<Vec<Common>> {
-    let mut common = Vec::new();
     let all: Vec<usize> = (0..shares.len()).collect();
-    for (later, share) in shares.iter().enumerate().skip(1) {
-        for edge in share.crowded() {
-            common.extend(in_earlier(shares, owns, &all[..later], (later, edge))?);
-        }
-    }
-    Some(common)
+    let crowded = shares.iter().enumerate().skip(1).flat_map(|(i, share)| share.crowded().map(move |edge| (i, edge)));
+    let crowded: Vec<(usize, u32)> = crowded.collect();
+    let found = crowded.par_iter().with_min_len(BLOCK).map(|&edge| in_earlier(shares, owns, &all[..edge.0], edge));
+    Some(found.collect::<Option<Vec<_>>>()?.into_iter().flatten().collect())
 }
 
 /// The same edge of an earlier share, if there is one; none where what they are together is no simple edge.

@@ -39,13 +39,6 @@ impl<'a> Own<'a> {
         parts.into_iter().map(of_part).collect()
     }
 
-    /// From the least to the largest of the vertices that the faces name.
-    pub fn vertices(&self, list: FaceList<'_>) -> Range<u32> {
-        let corners = &list.origin[list.half_edges(&self.faces)];
-        let (least, end) = corners.iter().fold((NONE, 0), |(a, b), &v| (v.min(a), b.max(v + 1)));
-        least.min(end)..end
-    }
-
     #[inline(always)]
     pub fn twin(&self, h: u32) -> u32 {
         self.twin[(h - self.first) as usize]
