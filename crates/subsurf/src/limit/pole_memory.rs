@@ -4,7 +4,7 @@
 //! others has a plan of its own. How many look different follows from the list of spokes: one that repeats itself after `q` faces
 //! tells `q` of them apart, a boundary or a single crease tells all of them apart. The same holds for the sub-faces of a face of `n`
 //! corners, whose plans have some points over all corners each, and grow with the square by themselves. The estimate is above what
-//! is taken, by up to three times where sharpness is finite.
+//! is taken, by up to five times where sharpness is finite.
 
 use super::fans::Fans;
 use super::plan_key::{KeyHasher, corner_signature};
@@ -17,8 +17,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::Hasher;
 
 /// Bytes that a [`PatchTable`](crate::PatchTable) may take while it is made for what grows with the square of the number of faces
-/// round a vertex, or of corners of a face: 4 GiB for one such place. Faces that look alike share what grows; several such places
-/// that differ add up.
+/// round a manifold vertex, or of corners of a face: 4 GiB for one such place. Faces that look alike share what grows; several such
+/// places that differ add up.
 ///
 /// That admits a smooth vertex of some 14,000 quads or 20,000 triangles under Loop, a boundary vertex or dart of some 4,800 or
 /// 4,500, and a face of some 500 corners that all look different. Larger ones are refused with
