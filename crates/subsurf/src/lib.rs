@@ -45,6 +45,7 @@
 
 mod adaptive;
 mod channel;
+mod compiled;
 mod edit;
 mod index;
 mod kernel;

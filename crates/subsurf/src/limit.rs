@@ -43,14 +43,17 @@ pub use jet::{Curvature, Derivatives, Jet, Location};
 pub(crate) use local_step::child_vertex;
 pub(crate) use patch_table::Known;
 pub use patch_table::{EvaluationSize, PatchTable, TableSize};
+pub(crate) use places::Places;
 pub use plan::PatchKind;
 pub(crate) use plan_key::KeyHasher;
 pub use pole_memory::MOST_POLE_BYTES;
 pub(crate) use pole_memory::check_edit;
+pub(crate) use sampler::Sampler;
 pub(crate) use special::AtVertex;
 pub use special::Method;
 pub use spectrum::Spectrum;
 
+use crate::compiled::{as_rows, row_of_three};
 use crate::real::{Real, add_scaled};
 pub(crate) use at_pole::LastPole;
 use plan::Plan;
@@ -90,7 +93,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// If the location names no sub-face of the mesh, or its parameters lie outside the face.
     pub fn eval(&self, at: Location) -> Option<Jet<N>> {
-        self.eval_after(at, &mut LastPole::default())
+        self.jet_alone(at, 3)
     }
 
     /// Position, first and second derivatives; none in holes.
@@ -98,7 +101,7 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn eval_second(&self, at: Location) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], 6, &mut LastPole::default())
+        self.jet_alone(at, 6)
     }
 
     /// The point of the limit surface; none in holes.
@@ -106,6 +109,30 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval).
     pub fn position(&self, at: Location) -> Option<[f64; N]> {
+        if const { N == 3 } {
+            return T::position(&self.of_threes(), at).map(row_of_three);
+        }
+        self.position_alone(at)
+    }
+
+    fn jet_alone(&self, at: Location, rows: usize) -> Option<Jet<N>> {
+        if const { N == 3 } {
+            return T::jet(&self.of_threes(), at, rows).map(|jet| jet.map(row_of_three));
+        }
+        self.jet(at, rows)
+    }
+
+    /// The same surface, if its points have three numbers.
+    pub(crate) fn of_threes(&self) -> LimitSurface<'a, T, 3> {
+        LimitSurface { table: self.table, points: as_rows(self.points) }
+    }
+
+    /// Position and derivatives, 3 or 6 rows.
+    pub(crate) fn jet(&self, at: Location, rows: usize) -> Option<Jet<N>> {
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], rows, &mut LastPole::default())
+    }
+
+    pub(crate) fn position_alone(&self, at: Location) -> Option<[f64; N]> {
         self.position_after(at, &mut LastPole::default())
     }
 

@@ -1,5 +1,6 @@
 //! The two precisions of values. Weights are computed in `f64`; values are stored in what the caller chose.
 
+use crate::compiled::CompiledHere;
 use crate::kernel::PartLanes;
 use std::ops::{Add, Mul, Sub};
 
@@ -13,6 +14,7 @@ mod sealed {
 pub trait Real:
     sealed::Sealed
     + PartLanes
+    + CompiledHere
     + Copy
     + Send
     + Sync

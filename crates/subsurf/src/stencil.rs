@@ -8,8 +8,8 @@ mod csr;
 mod dependents;
 mod level_by_level;
 mod limit;
-mod limit_rows;
-mod refined;
+pub(crate) mod limit_rows;
+pub(crate) mod refined;
 mod sums;
 
 pub use dependents::Dependents;
@@ -18,7 +18,8 @@ pub use limit::{LimitStencilOptions, LimitStencilTable, Orders, Part};
 use crate::mesh::{MAX_COUNT, MeshError};
 use crate::real::Real;
 use crate::refine::{Level, Parent};
-use csr::Csr;
+pub(crate) use csr::Csr;
+pub(crate) use limit_rows::PlaceOf;
 use thiserror::Error;
 
 /// What to tabulate, and how much at most.
@@ -91,7 +92,7 @@ impl<W: Real> StencilTable<W> {
     /// # Errors
     /// As [`StencilTable::new`].
     pub fn with_options(control: &Level, depth: u32, options: &StencilOptions) -> Result<Self, StencilError> {
-        let (rows, weights) = refined::rows(control, depth, options)?;
+        let (rows, weights) = W::stencils(control, depth, options)?;
         Ok(Self { rows, weights })
     }
 
@@ -111,7 +112,7 @@ impl<W: Real> StencilTable<W> {
             assert_eq!(same, expected, "a level is the refinement of the one before");
         }
         let control = levels.first().expect("no levels are given");
-        let (rows, weights) = refined::rows(control, levels.len() as u32 - 1, options)?;
+        let (rows, weights) = W::stencils(control, levels.len() as u32 - 1, options)?;
         Ok(Self { rows, weights })
     }
 

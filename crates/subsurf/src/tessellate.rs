@@ -4,7 +4,7 @@
 //! Points come in this order: one per control vertex that a face uses, those inside control edges, those inside faces.
 
 mod by_values;
-mod channel;
+pub(crate) mod channel;
 mod corner_rows;
 mod crease_normals;
 mod evaluate;
@@ -24,15 +24,16 @@ mod sample;
 mod selection;
 mod shade;
 mod tasks;
-mod tessellator;
+pub(crate) mod tessellator;
 
 use crate::limit::LimitSurface;
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
 use crate::shading::ShadingNormals;
 pub use channel::TessellatedChannel;
+pub(crate) use layout::Layout;
 use layout::PatchRates;
-use pattern::Frames;
+pub(crate) use pattern::Frames;
 pub use tessellator::Tessellator;
 use thiserror::Error;
 
@@ -186,7 +187,7 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
         // What lies before the arrays is held back until they are there.
-        let (tessellator, _before) = self.table().tessellator_for(self.points(), options, Frames::One)?;
+        let (tessellator, _before) = T::tessellator(self.table(), self.points(), options, Frames::One)?;
         Ok(tessellator.into_mesh(*self, shading))
     }
 }

@@ -3,6 +3,7 @@
 use super::case::{CAR, CHARACTER};
 use super::record::{Entry, Record};
 use super::rivals::name::*;
+use super::sections::IN_TURN;
 
 /// One goal and how far it is reached.
 pub struct Outcome {
@@ -26,7 +27,7 @@ pub struct Behind {
 /// Every one, and of how many comparisons. Memory and threads are told apart, and so are what we compare of ours.
 pub fn behind(records: &[Record]) -> (Vec<Behind>, usize) {
     const OTHERS: [&str; 5] = [FLOOR, FLOOR_ORDINARY, OURS_SINGLE, OUR_STENCILS, OURS_ANEW];
-    let compared = |r: &&Record| !["memory", "threads"].contains(&r.section.as_str());
+    let compared = |r: &&Record| !["memory", "threads"].contains(&r.section.as_str()) && !r.what.ends_with(IN_TURN);
     let (mut out, mut count) = (Vec::new(), 0);
     for record in records.iter().filter(compared) {
         for entry in record.entries.iter().filter(|e| !OTHERS.contains(&e.name.as_str())) {
@@ -58,7 +59,7 @@ pub fn outcomes(records: &[Record]) -> Vec<Outcome> {
     let above_floor = |section, what| inverse(ratios(section, what, FLOOR));
     let bytes = of("memory", "kept").filter(|r| r.mesh == CHARACTER).filter_map(|r| r.entry(OURS)?.value).collect();
     let peak = of("memory", "peak").filter_map(|r| Some(r.entry(OURS)?.value? / r.entry(FLOOR)?.value?)).collect();
-    let creases = |what: &str| variation(of_creases(records, what));
+    let creases = |what: &str| variation(times_of_creases(records, what));
     let (ours, others): (Vec<&Record>, Vec<&Record>) =
         of("threads", "").filter(|r| !r.what.contains("Osd")).partition(|r| !r.what.contains(ARITHMETIC));
     let [threads, ceiling] = [ours, others].map(|records| records.into_iter().filter_map(two_threads));
@@ -94,7 +95,7 @@ pub fn outcomes(records: &[Record]) -> Vec<Outcome> {
         at_least("limit stencils, build, beside Far", 30.0, ratios("limit-stencils", "build", FAR_4)),
         at_least("limit stencils, apply, beside Far", 5.0, ratios("limit-stencils", "apply", FAR_4)),
         at_most("creases of sharpness 1 to 10: most by least time to build", 1.15, creases("build"), ""),
-        at_most("… memory", 1.15, creases("memory"), ""),
+        at_most("… memory", 1.15, variation(memory_of_creases(records)), ""),
         at_most("… time of a frame", 1.15, creases("frame"), ""),
         at_least("two threads by one", 1.8, threads.map(Beside::alone).collect()),
         at_least("… of arithmetic that shares nothing", 1.8, ceiling.map(Beside::alone).collect()),
@@ -170,11 +171,18 @@ fn scaling(records: &[Record]) -> Vec<f64> {
     variation(tables.filter_map(|r| median(r.entry(OURS)?)).collect())
 }
 
-/// Ours on the Car at sharpness 1 and above.
-fn of_creases(records: &[Record], what: &str) -> Vec<f64> {
+/// Bytes of ours on the Car at sharpness 1 and above.
+fn memory_of_creases(records: &[Record]) -> Vec<f64> {
     let sharp = |r: &&Record| r.what.split(':').next().and_then(|s| s.parse::<f64>().ok()).is_some_and(|s| s >= 1.0);
-    let chosen = records.iter().filter(|r| r.section == "creases" && r.what.ends_with(what)).filter(sharp);
+    let chosen = records.iter().filter(|r| r.section == "creases" && r.what.ends_with("memory")).filter(sharp);
     chosen.filter_map(|r| median(r.entry(OURS)?)).collect()
+}
+
+/// Times there, each by that at sharpness 1 in the same round.
+fn times_of_creases(records: &[Record], what: &str) -> Vec<f64> {
+    let what = format!("{what}, {IN_TURN}");
+    let all = records.iter().filter(|r| r.section == "creases" && r.what == what).flat_map(|r| &r.entries);
+    all.map(|entry| entry.ratio.map_or(1.0, |ratio| ratio.median)).collect()
 }
 
 /// Most by least, where there are several.

@@ -15,6 +15,7 @@ use super::case::{CAR, CHARACTER, Case, HEAD, SHOES};
 use super::contest::{Contest, Effort};
 use super::record::Record;
 use crate::opensubdiv::CShape;
+pub use creases::IN_TURN;
 
 /// What a section gets.
 pub struct Context<'a> {

@@ -8,6 +8,7 @@ use super::by_patch::ByPatch;
 use super::jet::{Derivatives, Jet, Location};
 use super::places::{Places, TOGETHER};
 use super::sampler::Sampler;
+use crate::compiled::{JetRows, as_rows_mut};
 use crate::index::Face;
 use crate::real::Real;
 use rayon::prelude::*;
@@ -41,7 +42,12 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     pub fn eval_many(&self, locations: &[Location]) -> Vec<Option<Jet<N>>> {
         let mut rows = vec![[[0.0; N]; 6]; locations.len()];
         subsurf_memory::advise(&mut rows);
-        let exceptional = self.rows_into(locations, &mut rows);
+        let exceptional = if const { N == 3 } {
+            let (rows, _) = as_rows_mut(rows.as_flattened_mut()).as_chunks_mut();
+            T::wide_rows(&self.of_threes(), locations, rows)
+        } else {
+            self.rows_into(locations, &mut rows)
+        };
         let regular = |&[position, du, dv, uu, uv, vv]: &[[f64; N]; 6]| {
             Some(Jet::regular([position, du, dv], Some([uu, uv, vv])))
         };
@@ -80,11 +86,19 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval), and if there is not one row per location.
     pub fn eval_into<const R: usize>(&self, locations: &[Location], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
+        if const { N == 3 } {
+            check_rows::<R>(locations.len(), rows.len());
+            return T::rows(&self.of_threes(), locations, JetRows::new(rows));
+        }
         self.rows_into(locations, rows)
     }
 
-    /// The same with sums in another precision.
-    fn rows_into<S: Real, const R: usize>(&self, locations: &[Location], rows: &mut [[[S; N]; R]]) -> Vec<Exceptional> {
+    /// The same, or with sums in another precision.
+    pub(crate) fn rows_into<S: Real, const R: usize>(
+        &self,
+        locations: &[Location],
+        rows: &mut [[[S; N]; R]],
+    ) -> Vec<Exceptional> {
         check_rows::<R>(locations.len(), rows.len());
         let share = locations.len().div_ceil(rayon::current_num_threads());
         let chunk = share.clamp(CHUNK[0], CHUNK[1]);
@@ -103,7 +117,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'_, T, N>> {
         let patch = self.table().patch(face, subface);
         self.table().patch_plan(patch)?;
-        Some(LimitPatch { surface: self, patch, sampler: Sampler::default(), places: Places::new() })
+        Some(LimitPatch { surface: *self, patch, sampler: Sampler::default(), places: Places::new() })
     }
 }
 
@@ -115,7 +129,7 @@ fn check_rows<const R: usize>(samples: usize, rows: usize) {
 
 /// One patch of a limit surface, for many samples: see [`LimitSurface::patch`].
 pub struct LimitPatch<'a, T, const N: usize> {
-    surface: &'a LimitSurface<'a, T, N>,
+    surface: LimitSurface<'a, T, N>,
     patch: usize,
     sampler: Sampler<T>,
     places: Places<T>,
@@ -131,7 +145,11 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
         for (start, some) in (0..).step_by(TOGETHER).zip(places.chunks(TOGETHER)) {
             let patch = self.patch;
             self.places.set(self.surface.table(), some.len(), move |k| (some[k], (start + k) as u32, ()), |()| patch);
-            self.sampler.run(self.surface, &self.places, rows);
+            if const { N == 3 } {
+                T::run(&mut self.sampler, &self.surface.of_threes(), &self.places, JetRows::new(rows));
+            } else {
+                self.sampler.run(&self.surface, &self.places, rows);
+            }
         }
         self.sampler.take_exceptional(0)
     }

@@ -84,6 +84,20 @@ impl<const N: usize> Jet<N> {
         let derivatives = Derivatives::Finite;
         Self { position, du, dv, second, derivatives, plane: Some([du, dv]), unique_plane: true }
     }
+
+    /// The same with something else in the place of every vector.
+    pub(super) fn map<const M: usize>(self, f: impl Fn([f64; N]) -> [f64; M]) -> Jet<M> {
+        let Self { position, du, dv, second, derivatives, plane, unique_plane } = self;
+        Jet {
+            position: f(position),
+            du: f(du),
+            dv: f(dv),
+            second: second.map(|all| all.map(&f)),
+            derivatives,
+            plane: plane.map(|both| both.map(&f)),
+            unique_plane,
+        }
+    }
 }
 
 impl Jet<3> {

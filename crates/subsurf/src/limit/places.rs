@@ -15,7 +15,7 @@ pub(super) const TOGETHER: usize = 256;
 pub(super) const LOT: usize = 4 * LANES;
 
 /// Parameters of samples and their numbers.
-pub(super) struct Places<T> {
+pub struct Places<T> {
     /// Parameters of faces.
     pub u: Vec<f64>,
     pub v: Vec<f64>,
@@ -36,7 +36,7 @@ struct Start {
 
 /// Samples of one patch that follow each other.
 #[derive(Clone, Copy)]
-pub(super) struct Run {
+pub struct Run {
     pub start: usize,
     pub end: usize,
     pub patch: usize,

@@ -33,7 +33,7 @@ const MOST_PIECES: usize = 32;
 const TOUCHED: usize = 64;
 
 /// Samples of patches.
-pub(super) struct Sampler<T> {
+pub struct Sampler<T> {
     /// The patch whose pieces are being met.
     patch: usize,
     /// Its ring relative to its first point, part after part.

@@ -7,6 +7,7 @@ use super::numbering::{Counts, Numbering};
 use super::tile_trees::TileTrees;
 use super::values::Maps;
 use super::{Level, scheme_topology};
+use crate::compiled::{as_rows, as_rows_mut};
 use crate::index::{Face, HalfEdge};
 use crate::mesh::{ControlMesh, MeshError};
 use crate::real::Real;
@@ -248,6 +249,17 @@ impl UniformRefinement {
     pub fn refine_into<T: Real, const N: usize>(&self, values: &[[T; N]], out: &mut [[T; N]]) {
         assert_eq!(values.len(), self.control.vertex_count(), "one value per vertex of the control mesh");
         assert_eq!(out.len(), self.counts.vertices, "one value per vertex of the level");
+        if const { N == 3 } {
+            return T::refine(self, as_rows(values), as_rows_mut(out));
+        }
+        if const { N == 2 } {
+            return T::refine_pairs(self, as_rows(values), as_rows_mut(out));
+        }
+        self.fill(values, out);
+    }
+
+    /// The level's values, in as much memory as they take.
+    pub(crate) fn fill<T: Real, const N: usize>(&self, values: &[[T; N]], out: &mut [[T; N]]) {
         match &self.method {
             Method::Levels(levels) => {
                 out.copy_from_slice(&refine_by_levels(levels, values, self.control.vertex_count()));

@@ -3,6 +3,7 @@
 
 use super::StencilError;
 use super::sums::{Sums, padded};
+use crate::compiled::{SumRows, as_rows};
 use crate::kernel::{PART, Parts, level, put};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
@@ -18,7 +19,7 @@ pub(super) const CHUNK: usize = 1024;
 
 /// Compressed sparse rows: row `i` has the control points `indices[offsets[i]..offsets[i + 1]]`, ascending.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Csr {
+pub struct Csr {
     pub offsets: Vec<u32>,
     pub indices: Vec<u32>,
     pub control_points: usize,
@@ -53,6 +54,39 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
+        if const { N == 3 && size_of::<W>() == size_of::<T>() } {
+            let out = SumRows::new::<N, K, FIRST_IS_POSITION>(out);
+            return T::sums(self, &same_precision(weights), as_rows(control), None, out);
+        }
+        self.all_sums::<W, T, N, K, FIRST_IS_POSITION>(weights, control, out);
+    }
+
+    /// The sums of both for rows of three numbers in the precision of the weights: of all rows, or of some.
+    pub fn sums<T: Real>(&self, weights: &[&[T]], control: &[[T; 3]], some: Option<&[u32]>, out: SumRows<'_, T>) {
+        fn first<'a, const K: usize, T>(weights: &[&'a [T]]) -> [&'a [T]; K] {
+            *weights.first_chunk().expect("as many parts as are asked for")
+        }
+        match (out, some) {
+            (SumRows::Positions(out), None) => self.all_sums::<T, T, 3, 1, true>(first(weights), control, out),
+            (SumRows::Frames(out), None) => self.all_sums::<T, T, 3, 3, true>(first(weights), control, out),
+            (SumRows::Positions(out), Some(rows)) => {
+                self.some_sums::<T, T, 3, 1, true>(first(weights), control, rows, out)
+            }
+            (SumRows::Frames(out), Some(rows)) => {
+                self.some_sums::<T, T, 3, 3, true>(first(weights), control, rows, out)
+            }
+            // Nobody asks for some of these alone.
+            (SumRows::First(out), _) => self.all_sums::<T, T, 3, 2, false>(first(weights), control, out),
+            (SumRows::Second(out), _) => self.all_sums::<T, T, 3, 3, false>(first(weights), control, out),
+        }
+    }
+
+    fn all_sums<W: Real, T: Real, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
+        &self,
+        weights: [&[W]; K],
+        control: &[[T; N]],
+        out: &mut [[[T; N]; K]],
+    ) {
         let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
         for first in (0..N).step_by(PART) {
             if self.indices.len() < COPIED * control.len() {
@@ -73,6 +107,20 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
+        if const { N == 3 && size_of::<W>() == size_of::<T>() } {
+            let out = SumRows::new::<N, K, FIRST_IS_POSITION>(out);
+            return T::sums(self, &same_precision(weights), as_rows(control), Some(rows), out);
+        }
+        self.some_sums::<W, T, N, K, FIRST_IS_POSITION>(weights, control, rows, out);
+    }
+
+    fn some_sums<W: Real, T: Real, const N: usize, const K: usize, const FIRST_IS_POSITION: bool>(
+        &self,
+        weights: [&[W]; K],
+        control: &[[T; N]],
+        rows: &[u32],
+        out: &mut [[[T; N]; K]],
+    ) {
         let sums = Sums::<W, K, FIRST_IS_POSITION> { rows: self, weights };
         let some = |rows: &[u32], out: &mut dyn FnMut(u32, [[T; N]; K])| {
             dispatch!(level(), simd => simd.vectorize(
@@ -100,6 +148,11 @@ impl Csr {
         let moved: Vec<_> = moved.collect();
         rows.iter().zip(moved.iter().flatten()).for_each(|(&i, value)| out[i as usize] = *value);
     }
+}
+
+/// Weights of the points' precision, as which they are known here.
+fn same_precision<W: Real, T: Real, const K: usize>(weights: [&[W]; K]) -> [&[T]; K] {
+    weights.map(|weights| T::of_numbers(W::numbers(weights)).expect("the precision is the same"))
 }
 
 /// Refuses more weights than are allowed, or than 32 bits can count.

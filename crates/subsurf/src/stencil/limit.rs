@@ -1,7 +1,7 @@
 //! Limit stencils: points and derivatives of the limit surface, at given places, as weighted sums of control points.
 
 use super::csr::Csr;
-use super::{Dependents, StencilError, StencilOptions, StencilTable, limit_rows};
+use super::{Dependents, StencilError, StencilOptions, StencilTable};
 use crate::limit::{Derivatives, Location, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
@@ -113,7 +113,7 @@ impl<W: Real> LimitStencilTable<W> {
         places: &[Location],
         options: &LimitStencilOptions,
     ) -> Result<Self, StencilError> {
-        limit_rows::build(patches, places.len(), |i| Some(places[i]), None, options)
+        W::limit_stencils(patches, places.len(), &|i| Some(places[i]), None, options)
     }
 
     /// The limit of every vertex of `level`, a refinement of the table's mesh, in the order of refinement. A vertex
@@ -136,7 +136,7 @@ impl<W: Real> LimitStencilTable<W> {
             }
             false => None,
         };
-        limit_rows::build(patches, places.len(), |i| places[i], refined.as_ref(), options)
+        W::limit_stencils(patches, places.len(), &|i| places[i], refined.as_ref(), options)
     }
 
     /// Number of rows.

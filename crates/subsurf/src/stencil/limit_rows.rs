@@ -13,11 +13,14 @@ use std::collections::HashMap;
 /// Places a thread takes at a time. Larger: uneven loads; smaller: fewer special vertices that share their weights.
 const CHUNK: usize = 4096;
 
+/// Where the place of a row is, if it has one.
+pub type PlaceOf<'a> = &'a (dyn Fn(usize) -> Option<Location> + Sync);
+
 /// The table of `count` places; where there is none, the row of `refined` gives a position.
-pub(super) fn build<W: Real>(
+pub(crate) fn build<W: Real>(
     patches: &PatchTable,
     count: usize,
-    place: impl Fn(usize) -> Option<Location> + Sync,
+    place: PlaceOf<'_>,
     refined: Option<&StencilTable<f64>>,
     options: &LimitStencilOptions,
 ) -> Result<LimitStencilTable<W>, StencilError> {

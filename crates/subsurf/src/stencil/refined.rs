@@ -20,7 +20,7 @@ use std::ops::Range;
 const CHUNK: usize = 4096;
 
 /// Rows and weights of the levels that the options ask for, over the vertices of `control`.
-pub(super) fn rows<W: Real>(
+pub(crate) fn rows<W: Real>(
     control: &Level,
     depth: u32,
     options: &StencilOptions,

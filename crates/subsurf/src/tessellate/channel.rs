@@ -6,6 +6,7 @@ use super::normals::Sides;
 use super::output::{Output, Vertices};
 use super::pattern::{Frames, Patterns};
 use super::{TessellateError, TessellateOptions, Tessellation, facets, tessellator};
+use crate::compiled::as_rows_mut;
 use crate::index::HalfEdge;
 use crate::limit::{LimitSurface, PatchTable};
 use crate::mesh::MAX_COUNT;
@@ -50,14 +51,35 @@ impl<P: Real> Tessellation<P> {
         };
         let layout = Layout::new(surface.table(), rates);
         layout.check(MAX_COUNT as u64)?;
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, None, Frames::One));
         let mut values = vec![[T::default(); N]; layout.points()];
         advise(&mut values);
-        let out = Output { points: &mut values, normals: &mut [] };
-        tessellator::fill(&layout, patterns.as_ref(), surface, None, out, &mut Vertices::default());
+        if const { N > 3 } {
+            fill(&layout, surface, &mut values);
+        } else if const { N == 3 } {
+            T::channel(&layout, surface.of_threes(), as_rows_mut(&mut values));
+        } else {
+            // Filled up to three numbers, which takes as long as two.
+            let filled = |row: &[T; N]| std::array::from_fn(|k| row.get(k).copied().unwrap_or_default());
+            let control: Vec<[T; 3]> = surface.points().iter().map(filled).collect();
+            let mut points = vec![[T::default(); 3]; values.len()];
+            advise(&mut points);
+            T::channel(&layout, surface.table().surface(&control), &mut points);
+            values.iter_mut().zip(&points).for_each(|(value, point)| value.copy_from_slice(&point[..N]));
+        }
         let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };
         let corners = facets::of_layout(&layout, &Sides::default(), &options)?.corners;
         debug_assert_eq!(corners.len(), self.corners.len());
         Ok(TessellatedChannel { values, corners })
     }
+}
+
+/// The points of a layout.
+pub(crate) fn fill<T: Real, const N: usize>(
+    layout: &Layout<'_>,
+    surface: LimitSurface<'_, T, N>,
+    points: &mut [[T; N]],
+) {
+    let patterns = layout.is_uniform().then(|| Patterns::new(layout, None, Frames::One));
+    let out = Output { points, normals: &mut [] };
+    tessellator::fill(layout, patterns.as_ref(), surface, None, out, &mut Vertices::default());
 }

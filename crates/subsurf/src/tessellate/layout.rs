@@ -16,7 +16,7 @@ use walk::{AnyOrder, InOrder, Walked, walk};
 
 /// Facets along edges and inside patches.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum PatchRates {
+pub enum PatchRates {
     /// The same along all edges, of which there are so many, and half of it across sub-faces.
     Uniform { rate: u32, edges: usize },
     Each {
@@ -55,7 +55,7 @@ impl PatchRates {
     }
 }
 
-pub(super) struct Layout<'a> {
+pub struct Layout<'a> {
     pub table: &'a PatchTable,
     pub rates: PatchRates,
     /// Cells of whole faces and of sub-faces where all have the same, else zeros.

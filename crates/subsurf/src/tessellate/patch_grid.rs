@@ -2,7 +2,7 @@
 
 /// A grid of facets over one patch.
 #[derive(Clone, Copy)]
-pub(super) struct PatchGrid {
+pub struct PatchGrid {
     /// Facets across u and v; both the same for triangles.
     pub cells: [u32; 2],
     /// First interior point.

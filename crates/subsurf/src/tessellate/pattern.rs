@@ -40,7 +40,7 @@ const WIDE_FACES: u32 = 64;
 
 /// How often patterns are used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Frames {
+pub enum Frames {
     One,
     Many,
 }

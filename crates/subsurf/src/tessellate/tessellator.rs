@@ -66,44 +66,44 @@ impl PatchTable {
         points: &[[T; 3]],
         options: &TessellateOptions,
     ) -> Result<Tessellator<'_, T>, TessellateError> {
-        Ok(self.tessellator_for(points, options, Frames::Many)?.0)
+        Ok(T::tessellator(self, points, options, Frames::Many)?.0)
     }
+}
 
-    /// The same for a number of frames; of a single one, also [memory](reserve_whole_pages) to hold back until its arrays are there.
-    pub(super) fn tessellator_for<T: Real>(
-        &self,
-        points: &[[T; 3]],
-        options: &TessellateOptions,
-        frames: Frames,
-    ) -> Result<(Tessellator<'_, T>, Vec<u8>), TessellateError> {
-        let rates = rates::choose(&self.surface(points), options.rates, options.most_points)?;
-        let layout = Layout::new(self, rates);
-        layout.check(options.most_points)?;
-        let is_faceted = options.normals && self.scheme() == Scheme::Bilinear;
-        let shared = options.normals && !is_faceted;
-        let sides = if shared { Sides::new(self, &layout) } else { Sides::default() };
-        let mut before = Vec::new();
-        if frames == Frames::One {
-            // Positions, normals, and about one facet of four corners a point, whose normals may have numbers of their own.
-            let normals = if shared { layout.points() + sides.extra() } else { 0 };
-            let samples = (layout.points() + normals).saturating_mul(size_of::<[T; 3]>());
-            let numbers = if sides.extra() > 0 { 9 } else { 5 };
-            before =
-                reserve_whole_pages(samples.saturating_add(layout.points().saturating_mul(numbers * size_of::<u32>())));
-        }
-        let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
-        let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
-        let faceted = is_faceted.then(|| PatchNormals::of(&facets));
-        if let Some(faceted) = &faceted {
-            facets.normal_corners.clone_from(&faceted.corners);
-            if !options.places {
-                facets.places = Places::default();
-            }
-        }
-        let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides), frames));
-        let vertices = Mutex::default();
-        Ok((Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options }, before))
+/// A tessellator for a number of frames; for a single one, also [memory](reserve_whole_pages) to hold back until its arrays are there.
+pub(crate) fn prepare<'a, T: Real>(
+    table: &'a PatchTable,
+    points: &[[T; 3]],
+    options: &TessellateOptions,
+    frames: Frames,
+) -> Result<(Tessellator<'a, T>, Vec<u8>), TessellateError> {
+    let rates = rates::choose(&table.surface(points), options.rates, options.most_points)?;
+    let layout = Layout::new(table, rates);
+    layout.check(options.most_points)?;
+    let is_faceted = options.normals && table.scheme() == Scheme::Bilinear;
+    let shared = options.normals && !is_faceted;
+    let sides = if shared { Sides::new(table, &layout) } else { Sides::default() };
+    let mut before = Vec::new();
+    if frames == Frames::One {
+        // Positions, normals, and about one facet of four corners a point, whose normals may have numbers of their own.
+        let normals = if shared { layout.points() + sides.extra() } else { 0 };
+        let samples = (layout.points() + normals).saturating_mul(size_of::<[T; 3]>());
+        let numbers = if sides.extra() > 0 { 9 } else { 5 };
+        before =
+            reserve_whole_pages(samples.saturating_add(layout.points().saturating_mul(numbers * size_of::<u32>())));
     }
+    let with_places = TessellateOptions { places: options.places || is_faceted, ..*options };
+    let mut facets = facets::of_layout(&layout, &sides, &with_places)?;
+    let faceted = is_faceted.then(|| PatchNormals::of(&facets));
+    if let Some(faceted) = &faceted {
+        facets.normal_corners.clone_from(&faceted.corners);
+        if !options.places {
+            facets.places = Places::default();
+        }
+    }
+    let patterns = layout.is_uniform().then(|| Patterns::new(&layout, shared.then_some(&sides), frames));
+    let vertices = Mutex::default();
+    Ok((Tessellator { layout, sides, patterns, facets, faceted, vertices, options: *options }, before))
 }
 
 impl<'a, T: Real> Tessellator<'a, T> {
@@ -153,7 +153,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
     /// If a slice has not the length that [`point_count`](Self::point_count) and [`normal_count`](Self::normal_count)
     /// say, or `control` not one row per vertex of the mesh.
     pub fn evaluate_into(&self, control: &[[T; 3]], points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
-        self.fill(self.layout.table.surface(control), None, points, normals);
+        T::tessellate(self, self.layout.table.surface(control), None, points, normals);
     }
 
     /// The same with shading normals in the place of the surface's own, as
@@ -168,7 +168,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
         points: &mut [[T; 3]],
         normals: &mut [[T; 3]],
     ) {
-        self.fill(self.layout.table.surface(control), Some(shading), points, normals);
+        T::tessellate(self, self.layout.table.surface(control), Some(shading), points, normals);
     }
 
     /// The whole mesh for these control points.
@@ -217,11 +217,12 @@ impl<'a, T: Real> Tessellator<'a, T> {
         let mut normals = vec![[T::default(); 3]; self.normal_count()];
         advise(&mut points);
         advise(&mut normals);
-        self.fill(surface, shading, &mut points, &mut normals);
+        T::tessellate(self, surface, shading, &mut points, &mut normals);
         (points, normals)
     }
 
-    fn fill(
+    /// Points and normals of a surface of this mesh.
+    pub(crate) fn fill(
         &self,
         surface: LimitSurface<'_, T, 3>,
         shading: Option<&ShadingNormals<'_>>,

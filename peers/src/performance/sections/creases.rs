@@ -4,7 +4,7 @@
 
 use super::super::case::Case;
 use super::super::clock;
-use super::super::contest::Contest;
+use super::super::contest::{Contest, Effort};
 use super::super::ours;
 use super::super::places::Places;
 use super::super::record::{Entry, Record};
@@ -18,6 +18,13 @@ use subsurf::{Crease, PatchTable};
 
 const SHARPNESSES: [f64; 14] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 const RATE: u32 = 8;
+/// Rounds in which our times at all sharpnesses are compared with one another.
+const TURNS: usize = 101;
+/// Where these comparisons begin.
+const SHARP: f64 = 1.0;
+
+/// How what is measured of ours at all sharpnesses in turn ends.
+pub const IN_TURN: &str = "sharpnesses in turn";
 /// Levels at extraordinary vertices where nothing is sharp.
 const SMOOTH: u32 = 4;
 
@@ -36,7 +43,11 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         emit(record);
         frames.push(Frame::new(car, patches)?);
     }
-    context.run_together(frames.iter().map(Frame::contest).collect()).into_iter().for_each(emit);
+    context.run_together(frames.iter().map(Frame::contest).collect()).into_iter().for_each(&mut *emit);
+
+    let often = Effort { least_rounds: TURNS, most_rounds: TURNS, ..context.effort };
+    emit(builds_in_turn(&cars).run(often, &[]));
+    emit(frames_in_turn(&frames).run(often, &[]));
     Ok(())
 }
 
@@ -149,4 +160,29 @@ impl<'a> Frame<'a> {
         }
         contest
     }
+}
+
+/// Our times to build, by that at sharpness 1 in the same round: what changes from minute to minute changes all of a round, and
+/// many rounds are had in the time of one of the rivals'.
+fn builds_in_turn<'a>(cars: &'a [Car<'a>]) -> Contest<'a> {
+    let mut contest = Contest::new(format!("build, {IN_TURN}"), "face, ours", cars[0].case.faces());
+    for car in cars.iter().filter(|car| car.sharpness >= SHARP) {
+        contest.enter_cold(&format!("at {}", car.sharpness), || Ok(ours::build(car.case)));
+    }
+    contest
+}
+
+/// The same of frames. All write to the same memory, given back and taken again, since where it lies matters as well.
+fn frames_in_turn<'a>(frames: &'a [Frame<'a>]) -> Contest<'a> {
+    let mut contest = Contest::new(format!("frame, {IN_TURN}"), "place, ours", frames[0].places);
+    for frame in frames.iter().filter(|frame| frame.car.sharpness >= SHARP) {
+        let control = frame.car.case.control.as_slice();
+        let tessellator = ours::Tessellator::new(&frame.table, control, RATE, true);
+        contest.enter_timed(&format!("at {}", frame.car.sharpness), move || {
+            let mut samples = tessellator.samples();
+            tessellator.update(control, &mut samples);
+            Ok(clock::spent(|| tessellator.update(control, &mut samples)).0)
+        });
+    }
+    contest
 }
