@@ -190,7 +190,6 @@ fn part(
     });
     command
         .envs(section.environment.iter().copied())
-        .env("RAYON_NUM_THREADS", "1")
         .env("OMP_NUM_THREADS", "1")
         .stdin(Stdio::null())
         .stdout(Stdio::piped());
@@ -240,6 +239,9 @@ pub fn run_part(words: &[&str]) -> Result<(), String> {
         most_rounds: number(most)?,
         seconds: seconds.parse().map_err(|e: std::num::ParseFloatError| e.to_string())?,
     };
+    // This thread alone, so that nothing is handed over.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+    alone.map_err(|e| e.to_string())?;
     let folders = case::folders(Some(*models).filter(|m| !m.is_empty()));
     let result = Case::load(mesh, &folders).and_then(|case| {
         let context = Context {

@@ -71,7 +71,8 @@ pub fn outcomes(records: &[Record]) -> Vec<Outcome> {
         ),
         at_least("… beside Bfr's initialisation of all faces, without its cache", 10.0, ratios("build", "", BFR)),
         at_most("bytes a face of the character's table", 200.0, bytes, ""),
-        at_most("build: slowest by fastest time a face, 10⁴ to 10⁷ faces", 1.15, scaling(records), ""),
+        at_most("build: slowest by fastest time a face, 10⁴ to 10⁷ faces", 1.15, scaling(records, "scaling"), ""),
+        at_most("… on memory used before", 1.15, scaling(records, "scaling-used"), ""),
         at_least("uniform refinement, cold, beside Far", 25.0, ratios("refine", "cold", FAR)),
         at_most("… peak memory by the output's", 1.5, peak, ""),
         at_most("… cold, by the time of writing the output", 2.0, above_floor("refine", "cold"), "×"),
@@ -166,8 +167,8 @@ fn median(entry: &Entry) -> Option<f64> {
     entry.processor.map(|p| p.median).or(entry.value)
 }
 
-fn scaling(records: &[Record]) -> Vec<f64> {
-    let tables = records.iter().filter(|r| r.section == "scaling" && r.what == "patch table");
+fn scaling(records: &[Record], section: &str) -> Vec<f64> {
+    let tables = records.iter().filter(|r| r.section == section && r.what == "patch table");
     variation(tables.filter_map(|r| median(r.entry(OURS)?)).collect())
 }
 

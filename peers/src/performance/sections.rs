@@ -46,12 +46,18 @@ pub struct Section {
 /// Has glibc ask for huge pages for all that it hands out.
 const HUGE_PAGES: &[(&str, &str)] = &[("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1")];
 
+/// Has glibc keep all memory that it once had, and take it from one place for all threads.
+const USED_MEMORY: &[(&str, &str)] = &[(
+    "GLIBC_TUNABLES",
+    "glibc.malloc.mmap_threshold=17179869184:glibc.malloc.trim_threshold=17179869184:glibc.malloc.arena_max=1",
+)];
+
 const C10K: &str = "cage_10k";
 const C100K: &str = "cage_100k";
 const C1M: &str = "cage_1m";
 
 /// In the order of the document.
-pub const SECTIONS: [Section; 14] = [
+pub const SECTIONS: [Section; 15] = [
     Section {
         name: "build",
         title: "Build: from face lists to a surface that is ready to evaluate",
@@ -163,6 +169,14 @@ pub const SECTIONS: [Section; 14] = [
         quick: &[C100K],
         run: build::scaling,
         environment: &[],
+    },
+    Section {
+        name: "scaling-used",
+        title: "The same on memory that was used before",
+        meshes: &[C1M],
+        quick: &[C100K],
+        run: build::scaling_in_used_memory,
+        environment: USED_MEMORY,
     },
 ];
 

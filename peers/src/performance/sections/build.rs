@@ -49,14 +49,11 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
 /// The same on cages that grow; and one refinement, with the floor. All sizes take turns, round after round, because it is
 /// their times that are compared. A quick run ends with the cage given.
 pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
-    let much = machine::memory_bytes().is_some_and(|bytes| bytes >= BYTES_BEYOND);
-    let all = CAGES.iter().filter(|(_, faces)| !context.quick || *faces < 2 * context.case.faces());
-    let (fit, others): (Vec<_>, Vec<_>) = all.partition(|(_, faces)| much || *faces <= MOST_REFINED);
-    let cases: Vec<Case> = fit.iter().map(|(name, _)| Case::load(name, &[])).collect::<Result<_, _>>()?;
+    let Cages { names, cases, others } = Cages::load(context)?;
     let meshes: Vec<CShape<'_>> = cases.iter().map(|case| CShape::new(&case.shape)).collect();
     // The cages are in the order of the contests, the smallest first.
     let mut run = |contests: Vec<Contest<'_>>| {
-        for ((name, _), record) in fit.iter().zip(context.run_together(contests)) {
+        for (&name, record) in names.iter().zip(context.run_together(contests)) {
             emit(Record { mesh: name.to_string(), ..record });
         }
     };
@@ -94,4 +91,38 @@ pub fn scaling(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
         emit(Record { mesh: name.to_string(), ..contest.run(context.effort, &[]) });
     }
     Ok(())
+}
+
+/// Our tables of cages that grow, on memory that was used before: without what the system takes for fresh pages.
+pub fn scaling_in_used_memory(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
+    let Cages { names, cases, .. } = Cages::load(context)?;
+    let tables = cases.iter().map(|case| {
+        let mut contest = Contest::new("patch table", "face", case.faces());
+        contest.enter(OURS, || Ok(ours::build(case)));
+        contest
+    });
+    for (&name, record) in names.iter().zip(context.run_together(tables.collect())) {
+        emit(Record { mesh: name.to_string(), ..record });
+    }
+    Ok(())
+}
+
+/// Cages that grow, the smallest first.
+struct Cages {
+    names: Vec<&'static str>,
+    cases: Vec<Case>,
+    /// Those that this machine has too little memory for, and their faces.
+    others: Vec<(&'static str, usize)>,
+}
+
+impl Cages {
+    /// All, but of a quick run.
+    fn load(context: &Context<'_>) -> Result<Self, String> {
+        let much = machine::memory_bytes().is_some_and(|bytes| bytes >= BYTES_BEYOND);
+        let all = CAGES.iter().copied().filter(|(_, faces)| !context.quick || *faces < 2 * context.case.faces());
+        let (fit, others): (Vec<_>, Vec<_>) = all.partition(|(_, faces)| much || *faces <= MOST_REFINED);
+        let names: Vec<&str> = fit.iter().map(|(name, _)| *name).collect();
+        let cases = names.iter().map(|name| Case::load(name, &[])).collect::<Result<_, _>>()?;
+        Ok(Self { names, cases, others })
+    }
 }
