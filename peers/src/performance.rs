@@ -33,9 +33,9 @@ use std::time::{Duration, Instant};
 pub const USAGE: &str = "usage: peers performance [options]
   --models DIR        where models are; default ../shared/models, then the repository's assets
   --only SECTION,...  these sections alone: build refine huge-pages animation tessellate stencils limit limit-stencils
-                      double creases memory threads edits scaling
+                      double creases memory threads edits scaling scaling-used
   --on MESH,...       these meshes alone: catmark_car mh_shoes03_semisharp makehuman_base ict_face_neutral cage_10k cage_100k
-                      cage_1m; scaling is on four cages at once, of which cage_1m stands for all
+                      cage_1m; these two are on four cages at once, of which cage_1m stands for all
   --quick             fewer and smaller meshes, fewer rounds
   --repeats N         at most N rounds per contest; default 15
   --seconds S         no further round after S seconds; default 1.5
@@ -239,9 +239,10 @@ pub fn run_part(words: &[&str]) -> Result<(), String> {
         most_rounds: number(most)?,
         seconds: seconds.parse().map_err(|e: std::num::ParseFloatError| e.to_string())?,
     };
-    // This thread alone, so that nothing is handed over.
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
-    alone.map_err(|e| e.to_string())?;
+    if !section.has_pools {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+        alone.map_err(|e| e.to_string())?;
+    }
     let folders = case::folders(Some(*models).filter(|m| !m.is_empty()));
     let result = Case::load(mesh, &folders).and_then(|case| {
         let context = Context {

@@ -1,7 +1,7 @@
 //! Work that is compiled with this crate, once per precision, and not again with every crate that calls it. What is called from
 //! here is generic, so that by itself it would be compiled wherever it is called: half a minute for a program of ten lines,
-//! each time one of them changes. Points are what nearly all callers have; rows of other numbers of components are compiled by the
-//! caller, but for refined pairs.
+//! each time one of them changes. Rows of three numbers go through here, and pairs where they are refined; other widths are compiled
+//! by the caller.
 
 use crate::limit::{Exceptional, Jet, LimitSurface, Location, PatchTable, Places, Sampler};
 use crate::refine::{Level, UniformRefinement};
@@ -14,19 +14,19 @@ use crate::tessellate::{Frames, Layout, TessellateError, TessellateOptions, Tess
 
 /// Rows of `N` numbers as the rows of `M` that they are.
 pub(crate) fn as_rows<T, const N: usize, const M: usize>(rows: &[[T; N]]) -> &[[T; M]] {
-    debug_assert_eq!(N, M);
+    assert_eq!(N, M, "rows keep their width");
     rows.as_flattened().as_chunks().0
 }
 
 /// The same to write to.
 pub(crate) fn as_rows_mut<T, const N: usize, const M: usize>(rows: &mut [[T; N]]) -> &mut [[T; M]] {
-    debug_assert_eq!(N, M);
+    assert_eq!(N, M, "rows keep their width");
     rows.as_flattened_mut().as_chunks_mut().0
 }
 
 /// A row of three numbers as the row of `N` that it is.
 pub(crate) fn row_of_three<const N: usize>(row: [f64; 3]) -> [f64; N] {
-    debug_assert_eq!(N, 3);
+    assert_eq!(N, 3, "rows keep their width");
     std::array::from_fn(|k| row[k])
 }
 
@@ -43,7 +43,8 @@ impl<'a, T> JetRows<'a, T> {
         match R {
             1 => Self::Positions(vectors.as_chunks_mut().0),
             3 => Self::First(vectors.as_chunks_mut().0),
-            _ => Self::Second(vectors.as_chunks_mut().0),
+            6 => Self::Second(vectors.as_chunks_mut().0),
+            _ => unreachable!("rows have 1, 3 or 6 vectors"),
         }
     }
 }
@@ -62,28 +63,34 @@ impl<'a, T> SumRows<'a, T> {
     ) -> Self {
         let vectors = as_rows_mut(rows.as_flattened_mut());
         match (K, FIRST_IS_POSITION) {
-            (1, _) => Self::Positions(vectors.as_chunks_mut().0),
-            (2, _) => Self::First(vectors.as_chunks_mut().0),
-            (_, true) => Self::Frames(vectors.as_chunks_mut().0),
-            (_, false) => Self::Second(vectors.as_chunks_mut().0),
+            (1, true) => Self::Positions(vectors.as_chunks_mut().0),
+            (2, false) => Self::First(vectors.as_chunks_mut().0),
+            (3, true) => Self::Frames(vectors.as_chunks_mut().0),
+            (3, false) => Self::Second(vectors.as_chunks_mut().0),
+            _ => unreachable!("there are no such stencils"),
         }
     }
 }
 
-/// A list in one of the two precisions.
+/// A list in one of the two precisions, by which a function that is generic in two sees that they are one.
 #[derive(Clone, Copy)]
 pub enum Numbers<'a> {
     Single(&'a [f32]),
     Double(&'a [f64]),
 }
 
+/// Lists that are all of one precision.
+fn list_of<'a, T: CompiledHere>(lists: &[Numbers<'a>]) -> Option<Vec<&'a [T]>> {
+    lists.iter().map(|&list| T::compiled_of_numbers(list)).collect()
+}
+
 macro_rules! compiled {
     ($($(#[$attribute:meta])* fn $name:ident $(<$life:lifetime>)? ($($argument:ident: $of:ty),* $(,)?) $(-> $result:ty)? { $body:expr })*) => {
-        /// What [`Real`](crate::Real) numbers bring with them, for points of these numbers.
+        /// What [`Real`](crate::Real) numbers bring with them, for points of these numbers; no part of the public interface.
         #[doc(hidden)]
         pub trait CompiledHere: Sized {
-            fn numbers(list: &[Self]) -> Numbers<'_>;
-            fn of_numbers(numbers: Numbers<'_>) -> Option<&[Self]>;
+            fn compiled_numbers(list: &[Self]) -> Numbers<'_>;
+            fn compiled_of_numbers(numbers: Numbers<'_>) -> Option<&[Self]>;
             $($(#[$attribute])* fn $name $(<$life>)? ($($argument: $of),*) $(-> $result)?;)*
         }
 
@@ -92,10 +99,10 @@ macro_rules! compiled {
     };
     (@of [$number:ty] $variant:ident { $($function:item)* }) => {
         impl CompiledHere for $number {
-            fn numbers(list: &[Self]) -> Numbers<'_> {
+            fn compiled_numbers(list: &[Self]) -> Numbers<'_> {
                 Numbers::$variant(list)
             }
-            fn of_numbers(numbers: Numbers<'_>) -> Option<&[Self]> {
+            fn compiled_of_numbers(numbers: Numbers<'_>) -> Option<&[Self]> {
                 if let Numbers::$variant(list) = numbers { Some(list) } else { None }
             }
             $($function)*
@@ -104,7 +111,7 @@ macro_rules! compiled {
 }
 
 compiled! {
-    fn tessellator<'a>(
+    fn compiled_tessellator<'a>(
         table: &'a PatchTable,
         points: &[[Self; 3]],
         options: &TessellateOptions,
@@ -113,7 +120,7 @@ compiled! {
         tessellator::prepare(table, points, options, frames)
     }
 
-    fn tessellate(
+    fn compiled_tessellate(
         tessellator: &Tessellator<'_, Self>,
         surface: LimitSurface<'_, Self, 3>,
         shading: Option<&ShadingNormals<'_>>,
@@ -123,20 +130,20 @@ compiled! {
         tessellator.fill(surface, shading, points, normals)
     }
 
-    fn channel(layout: &Layout<'_>, surface: LimitSurface<'_, Self, 3>, out: &mut [[Self; 3]]) {
+    fn compiled_channel(layout: &Layout<'_>, surface: LimitSurface<'_, Self, 3>, out: &mut [[Self; 3]]) {
         channel::fill(layout, surface, out)
     }
 
-    /// `rows` vectors of the jet: 3 or 6.
-    fn jet(surface: &LimitSurface<'_, Self, 3>, at: Location, rows: usize) -> Option<Jet<3>> {
-        surface.jet(at, rows)
+    /// The first `count` vectors of the jet: 3 or 6.
+    fn compiled_jet(surface: &LimitSurface<'_, Self, 3>, at: Location, count: usize) -> Option<Jet<3>> {
+        surface.jet_here(at, count)
     }
 
-    fn position(surface: &LimitSurface<'_, Self, 3>, at: Location) -> Option<[f64; 3]> {
-        surface.position_alone(at)
+    fn compiled_position(surface: &LimitSurface<'_, Self, 3>, at: Location) -> Option<[f64; 3]> {
+        surface.position_here(at)
     }
 
-    fn rows(surface: &LimitSurface<'_, Self, 3>, at: &[Location], rows: JetRows<'_, Self>) -> Vec<Exceptional> {
+    fn compiled_batch(surface: &LimitSurface<'_, Self, 3>, at: &[Location], rows: JetRows<'_, Self>) -> Vec<Exceptional> {
         match rows {
             JetRows::Positions(rows) => surface.rows_into(at, rows),
             JetRows::First(rows) => surface.rows_into(at, rows),
@@ -145,12 +152,12 @@ compiled! {
     }
 
     /// Second derivatives too, with sums in `f64`.
-    fn wide_rows(surface: &LimitSurface<'_, Self, 3>, at: &[Location], rows: &mut [[[f64; 3]; 6]]) -> Vec<Exceptional> {
+    fn compiled_batch_in_f64(surface: &LimitSurface<'_, Self, 3>, at: &[Location], rows: &mut [[[f64; 3]; 6]]) -> Vec<Exceptional> {
         surface.rows_into(at, rows)
     }
 
     /// Places of one patch.
-    fn run(
+    fn compiled_patch_batch(
         sampler: &mut Sampler<Self>,
         surface: &LimitSurface<'_, Self, 3>,
         places: &Places<Self>,
@@ -163,20 +170,20 @@ compiled! {
         }
     }
 
-    fn refine(refinement: &UniformRefinement, values: &[[Self; 3]], out: &mut [[Self; 3]]) {
+    fn compiled_refine(refinement: &UniformRefinement, values: &[[Self; 3]], out: &mut [[Self; 3]]) {
         refinement.fill(values, out)
     }
 
     /// Texture coordinates.
-    fn refine_pairs(refinement: &UniformRefinement, values: &[[Self; 2]], out: &mut [[Self; 2]]) {
+    fn compiled_refine_pairs(refinement: &UniformRefinement, values: &[[Self; 2]], out: &mut [[Self; 2]]) {
         refinement.fill(values, out)
     }
 
-    fn stencils(control: &Level, depth: u32, options: &StencilOptions) -> Result<(Csr, Vec<Self>), StencilError> {
+    fn compiled_stencils(control: &Level, depth: u32, options: &StencilOptions) -> Result<(Csr, Vec<Self>), StencilError> {
         refined::rows(control, depth, options)
     }
 
-    fn limit_stencils(
+    fn compiled_limit_stencils(
         patches: &PatchTable,
         count: usize,
         place: PlaceOf<'_>,
@@ -186,8 +193,17 @@ compiled! {
         limit_rows::build(patches, count, place, refined, options)
     }
 
-    /// Sums of all rows, or of some alone, with weights in the precision of the points.
-    fn sums(rows: &Csr, weights: &[&[Self]], control: &[[Self; 3]], some: Option<&[u32]>, out: SumRows<'_, Self>) {
-        rows.sums(weights, control, some, out)
+    /// Sums of all rows, or of some alone, with weights in the precision of the points or in `f64`.
+    fn compiled_sums(
+        rows: &Csr,
+        weights: &[Numbers<'_>],
+        control: &[[Self; 3]],
+        some: Option<&[u32]>,
+        out: SumRows<'_, Self>,
+    ) {
+        match list_of::<Self>(weights) {
+            Some(weights) => rows.sums(&weights, control, some, out),
+            None => rows.sums(&list_of::<f64>(weights).expect("weights are no narrower than points"), control, some, out),
+        }
     }
 }

@@ -110,16 +110,16 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// As [`eval`](Self::eval).
     pub fn position(&self, at: Location) -> Option<[f64; N]> {
         if const { N == 3 } {
-            return T::position(&self.of_threes(), at).map(row_of_three);
+            return T::compiled_position(&self.of_threes(), at).map(row_of_three);
         }
-        self.position_alone(at)
+        self.position_here(at)
     }
 
-    fn jet_alone(&self, at: Location, rows: usize) -> Option<Jet<N>> {
+    fn jet_alone(&self, at: Location, count: usize) -> Option<Jet<N>> {
         if const { N == 3 } {
-            return T::jet(&self.of_threes(), at, rows).map(|jet| jet.map(row_of_three));
+            return T::compiled_jet(&self.of_threes(), at, count).map(|jet| jet.map(row_of_three));
         }
-        self.jet(at, rows)
+        self.jet_here(at, count)
     }
 
     /// The same surface, if its points have three numbers.
@@ -127,12 +127,13 @@ impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
         LimitSurface { table: self.table, points: as_rows(self.points) }
     }
 
-    /// Position and derivatives, 3 or 6 rows.
-    pub(crate) fn jet(&self, at: Location, rows: usize) -> Option<Jet<N>> {
-        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], rows, &mut LastPole::default())
+    /// The first `count` vectors of the jet, 3 or 6, compiled where it is called.
+    pub(crate) fn jet_here(&self, at: Location, count: usize) -> Option<Jet<N>> {
+        self.patch_jet(self.table.checked_patch(at), [at.u, at.v], count, &mut LastPole::default())
     }
 
-    pub(crate) fn position_alone(&self, at: Location) -> Option<[f64; N]> {
+    /// The position, compiled where it is called.
+    pub(crate) fn position_here(&self, at: Location) -> Option<[f64; N]> {
         self.position_after(at, &mut LastPole::default())
     }
 

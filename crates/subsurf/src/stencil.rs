@@ -92,7 +92,7 @@ impl<W: Real> StencilTable<W> {
     /// # Errors
     /// As [`StencilTable::new`].
     pub fn with_options(control: &Level, depth: u32, options: &StencilOptions) -> Result<Self, StencilError> {
-        let (rows, weights) = W::stencils(control, depth, options)?;
+        let (rows, weights) = W::compiled_stencils(control, depth, options)?;
         Ok(Self { rows, weights })
     }
 
@@ -112,7 +112,7 @@ impl<W: Real> StencilTable<W> {
             assert_eq!(same, expected, "a level is the refinement of the one before");
         }
         let control = levels.first().expect("no levels are given");
-        let (rows, weights) = W::stencils(control, levels.len() as u32 - 1, options)?;
+        let (rows, weights) = W::compiled_stencils(control, levels.len() as u32 - 1, options)?;
         Ok(Self { rows, weights })
     }
 

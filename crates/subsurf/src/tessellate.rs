@@ -187,7 +187,7 @@ impl<T: Real> LimitSurface<'_, T, 3> {
         shading: Option<&ShadingNormals<'_>>,
     ) -> Result<Tessellation<T>, TessellateError> {
         // What lies before the arrays is held back until they are there.
-        let (tessellator, _before) = T::tessellator(self.table(), self.points(), options, Frames::One)?;
+        let (tessellator, _before) = T::compiled_tessellator(self.table(), self.points(), options, Frames::One)?;
         Ok(tessellator.into_mesh(*self, shading))
     }
 }

@@ -129,11 +129,14 @@ fn stencils_are_the_same() {
         let level = Level::new(mesh, scheme).unwrap();
         let stencils = StencilTable::<W>::new(&level, 2).unwrap();
         same("stencils", &stencils.apply(points), &stencils.apply(&wide))?;
-        let (mut out, mut others) = (vec![[T::default(); 3]; stencils.len()], vec![[T::default(); 4]; stencils.len()]);
+        // What other rows hold stays.
+        let mark = T::from_f64(7.0);
+        let (mut out, mut others) = (vec![[mark; 3]; stencils.len()], vec![[mark; 4]; stencils.len()]);
         let dependents = stencils.dependents();
-        stencils.update(&dependents, points, &[0], &mut out);
+        let moved = stencils.update(&dependents, points, &[0], &mut out);
         stencils.update(&dependents, &wide, &[0], &mut others);
         same("some stencils", &out, &others)?;
+        stays(&moved, mark, &out)?;
 
         let table = PatchTable::new(mesh, scheme).unwrap();
         let options = LimitStencilOptions { orders: Orders::Second, ..LimitStencilOptions::default() };
@@ -147,14 +150,21 @@ fn stencils_are_the_same() {
         let second = limits.second_derivatives(points);
         same("second derivatives", second.as_flattened(), limits.second_derivatives(&wide).as_flattened())?;
         let dependents = limits.dependents();
-        let (mut out, mut others) = (vec![[[T::default(); 3]; 3]; at.len()], vec![[[T::default(); 4]; 3]; at.len()]);
-        limits.update_frames(&dependents, points, &[1], &mut out);
+        let (mut out, mut others) = (vec![[[mark; 3]; 3]; at.len()], vec![[[mark; 4]; 3]; at.len()]);
+        let moved = limits.update_frames(&dependents, points, &[1], &mut out);
         limits.update_frames(&dependents, &wide, &[1], &mut others);
         same("some frames", out.as_flattened(), others.as_flattened())?;
-        let (mut out, mut others) = (vec![[T::default(); 3]; at.len()], vec![[T::default(); 4]; at.len()]);
-        limits.update_positions(&dependents, points, &[1], &mut out);
+        let firsts: Vec<[T; 3]> = out.iter().map(|frame| frame[0]).collect();
+        stays(&moved, mark, &firsts)?;
+        let (mut out, mut others) = (vec![[mark; 3]; at.len()], vec![[mark; 4]; at.len()]);
+        let moved = limits.update_positions(&dependents, points, &[1], &mut out);
         limits.update_positions(&dependents, &wide, &[1], &mut others);
-        same("some limits", &out, &others)
+        same("some limits", &out, &others)?;
+        stays(&moved, mark, &out)
+    }
+    fn stays<T: Real>(moved: &[u32], mark: T, rows: &[[T; 3]]) -> Result<(), String> {
+        let is_left = |(i, row): (usize, &[T; 3])| moved.contains(&(i as u32)) || *row == [mark; 3];
+        if rows.iter().enumerate().all(is_left) { Ok(()) } else { Err(format!("{rows:?}, moved {moved:?}")) }
     }
     fn check<T: Real>(mesh: &ControlMesh, points: &[[T; 3]], scheme: Scheme) -> Result<(), String> {
         apply::<f32, T>(mesh, points, scheme)?;
@@ -179,10 +189,12 @@ fn tessellated_channels_are_the_same() {
     everywhere(6, 31, |mesh, points, scheme| in_both(check, check, mesh, points, scheme));
 }
 
+type Check<T> = fn(&ControlMesh, &[[T; 3]], Scheme) -> Result<(), String>;
+
 /// Checks a mesh in both precisions.
 fn in_both(
-    double: fn(&ControlMesh, &[[f64; 3]], Scheme) -> Result<(), String>,
-    single: fn(&ControlMesh, &[[f32; 3]], Scheme) -> Result<(), String>,
+    double: Check<f64>,
+    single: Check<f32>,
     mesh: &ControlMesh,
     points: &[[f64; 3]],
     scheme: Scheme,

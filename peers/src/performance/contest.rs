@@ -130,6 +130,8 @@ impl<'a> Running<'a> {
         let entrants = &mut self.contest.entrants;
         let mut round: Vec<Option<Spent>> = entrants.iter().map(|_| None).collect();
         for k in 0..entrants.len() {
+            // Every second round goes backwards, so that nobody has the same one before him each time.
+            let k = if self.rounds.len() % 2 == 1 { entrants.len() - 1 - k } else { k };
             let i = (self.rounds.len() + k) % entrants.len();
             round[i] = measure(&mut entrants[i], self.repetitions[i]);
         }

@@ -183,7 +183,11 @@ fn memory_of_creases(records: &[Record]) -> Vec<f64> {
 fn times_of_creases(records: &[Record], what: &str) -> Vec<f64> {
     let what = format!("{what}, {IN_TURN}");
     let all = records.iter().filter(|r| r.section == "creases" && r.what == what).flat_map(|r| &r.entries);
-    all.map(|entry| entry.ratio.map_or(1.0, |ratio| ratio.median)).collect()
+    let mut times: Vec<f64> = all.filter_map(|entry| entry.ratio).map(|ratio| ratio.median).collect();
+    if !times.is_empty() {
+        times.push(1.0);
+    }
+    times
 }
 
 /// Most by least, where there are several.
@@ -231,7 +235,8 @@ mod tests {
             count: 1.0,
             entries: vec![entry(FAR, 3.0), entry(KERNELS, 0.5), entry(FLOOR, 0.1)],
         };
-        let (behind, count) = behind(&[record("refine"), record("memory")]);
+        let in_turn = Record { what: format!("build, {IN_TURN}"), ..record("creases") };
+        let (behind, count) = behind(&[record("refine"), record("memory"), in_turn]);
         assert_eq!((behind.len(), count), (1, 2));
         assert_eq!((behind[0].rival.as_str(), behind[0].ratio), (KERNELS, 0.5));
     }

@@ -57,10 +57,8 @@ one run with all who are named in it. Written by
 which takes a quarter of an hour; [peers/README.md](../peers/README.md) says what must be installed. Who is not there is
 called absent.
 
-- **Time** is processor time of the process on one thread (the kernel's work for it included), because machines are shared;
-  threads are compared by the clock on the wall. One thread means that there is no other: ours works on the caller's, as
-  everyone's does. Where a call has
-  to be handed over to a pool's thread, that took some 100 µs of processor time on this machine.
+- **Time** is processor time of the process on one thread, the caller's (the kernel's work for it included), because machines
+  are shared; nothing is handed over to a pool. Threads are compared by the clock on the wall, where one thread is a pool of one.
 - **Ratios** are others' time by ours: above 1 we are faster. All do the work in turn, round after round; a ratio is the
   median over the rounds of the ratio in each. Where it says so, quartiles stand beside it. Creases of all sharpnesses, and
   cages of all sizes, take turns too.

@@ -39,6 +39,8 @@ pub struct Section {
     /// Of a quick run.
     pub quick: &'static [&'static str],
     pub run: fn(&Context<'_>, Emit<'_>) -> Result<(), String>,
+    /// Whether it makes pools of threads itself; all others run on one thread, the caller's, and nothing is handed over.
+    pub has_pools: bool,
     /// What its processes find in their environment.
     pub environment: &'static [(&'static str, &'static str)],
 }
@@ -46,11 +48,9 @@ pub struct Section {
 /// Has glibc ask for huge pages for all that it hands out.
 const HUGE_PAGES: &[(&str, &str)] = &[("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1")];
 
-/// Has glibc keep all memory that it once had, and take it from one place for all threads.
-const USED_MEMORY: &[(&str, &str)] = &[(
-    "GLIBC_TUNABLES",
-    "glibc.malloc.mmap_threshold=17179869184:glibc.malloc.trim_threshold=17179869184:glibc.malloc.arena_max=1",
-)];
+/// Has glibc (2.36 was tried) keep all memory that it once had.
+const USED_MEMORY: &[(&str, &str)] =
+    &[("GLIBC_TUNABLES", "glibc.malloc.mmap_threshold=17179869184:glibc.malloc.trim_threshold=17179869184")];
 
 const C10K: &str = "cage_10k";
 const C100K: &str = "cage_100k";
@@ -64,6 +64,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: build::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -72,6 +73,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: refine::cold,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -80,6 +82,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, CHARACTER, C100K, C1M],
         quick: &[C10K],
         run: refine::cold,
+        has_pools: false,
         environment: HUGE_PAGES,
     },
     Section {
@@ -88,6 +91,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C10K, C100K, C1M],
         quick: &[CAR, C10K],
         run: refine::warm,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -96,6 +100,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
         quick: &[CAR],
         run: tessellate::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -104,6 +109,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
         quick: &[CAR],
         run: stencils::refined,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -112,6 +118,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
         quick: &[CAR, C10K],
         run: limit::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -120,6 +127,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, C10K],
         quick: &[CAR],
         run: stencils::limit,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -128,6 +136,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, SHOES, CHARACTER, HEAD, C100K],
         quick: &[CAR],
         run: double::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -136,6 +145,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR],
         quick: &[CAR],
         run: creases::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -144,6 +154,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CAR, CHARACTER, HEAD, C10K, C100K],
         quick: &[CAR, C10K],
         run: memory::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -152,6 +163,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CHARACTER, C100K, C1M],
         quick: &[CHARACTER],
         run: threads::run,
+        has_pools: true,
         environment: &[],
     },
     Section {
@@ -160,6 +172,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[CHARACTER, C100K, C1M],
         quick: &[C10K],
         run: edits::run,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -168,6 +181,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[C1M],
         quick: &[C100K],
         run: build::scaling,
+        has_pools: false,
         environment: &[],
     },
     Section {
@@ -176,6 +190,7 @@ pub const SECTIONS: [Section; 15] = [
         meshes: &[C1M],
         quick: &[C100K],
         run: build::scaling_in_used_memory,
+        has_pools: false,
         environment: USED_MEMORY,
     },
 ];

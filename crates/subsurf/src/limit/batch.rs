@@ -33,7 +33,7 @@ pub struct Exceptional {
     pub derivatives: Option<Derivatives>,
 }
 
-impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
+impl<'a, T: Real, const N: usize> LimitSurface<'a, T, N> {
     /// Position, first and second derivatives at many locations, in parallel: what
     /// [`eval_second`](Self::eval_second) gives at each.
     ///
@@ -44,7 +44,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
         subsurf_memory::advise(&mut rows);
         let exceptional = if const { N == 3 } {
             let (rows, _) = as_rows_mut(rows.as_flattened_mut()).as_chunks_mut();
-            T::wide_rows(&self.of_threes(), locations, rows)
+            T::compiled_batch_in_f64(&self.of_threes(), locations, rows)
         } else {
             self.rows_into(locations, &mut rows)
         };
@@ -86,20 +86,19 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     /// # Panics
     /// As [`eval`](Self::eval), and if there is not one row per location.
     pub fn eval_into<const R: usize>(&self, locations: &[Location], rows: &mut [[[T; N]; R]]) -> Vec<Exceptional> {
+        check_rows::<R>(locations.len(), rows.len());
         if const { N == 3 } {
-            check_rows::<R>(locations.len(), rows.len());
-            return T::rows(&self.of_threes(), locations, JetRows::new(rows));
+            return T::compiled_batch(&self.of_threes(), locations, JetRows::new(rows));
         }
         self.rows_into(locations, rows)
     }
 
-    /// The same, or with sums in another precision.
+    /// The same, or with sums in another precision; one row per location.
     pub(crate) fn rows_into<S: Real, const R: usize>(
         &self,
         locations: &[Location],
         rows: &mut [[[S; N]; R]],
     ) -> Vec<Exceptional> {
-        check_rows::<R>(locations.len(), rows.len());
         let share = locations.len().div_ceil(rayon::current_num_threads());
         let chunk = share.clamp(CHUNK[0], CHUNK[1]);
         let found: Vec<Vec<Exceptional>> = (locations.par_chunks(chunk).zip(rows.par_chunks_mut(chunk)).enumerate())
@@ -114,7 +113,7 @@ impl<T: Real, const N: usize> LimitSurface<'_, T, N> {
     ///
     /// # Panics
     /// If there is no such sub-face.
-    pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'_, T, N>> {
+    pub fn patch(&self, face: Face, subface: u32) -> Option<LimitPatch<'a, T, N>> {
         let patch = self.table().patch(face, subface);
         self.table().patch_plan(patch)?;
         Some(LimitPatch { surface: *self, patch, sampler: Sampler::default(), places: Places::new() })
@@ -146,7 +145,7 @@ impl<T: Real, const N: usize> LimitPatch<'_, T, N> {
             let patch = self.patch;
             self.places.set(self.surface.table(), some.len(), move |k| (some[k], (start + k) as u32, ()), |()| patch);
             if const { N == 3 } {
-                T::run(&mut self.sampler, &self.surface.of_threes(), &self.places, JetRows::new(rows));
+                T::compiled_patch_batch(&mut self.sampler, &self.surface.of_threes(), &self.places, JetRows::new(rows));
             } else {
                 self.sampler.run(&self.surface, &self.places, rows);
             }

@@ -234,9 +234,6 @@ impl UniformRefinement {
     /// # Panics
     /// If `values` has not one row per vertex of the control mesh.
     pub fn refine<T: Real, const N: usize>(&self, values: &[[T; N]]) -> Vec<[T; N]> {
-        if let Method::Levels(levels) = &self.method {
-            return refine_by_levels(levels, values, self.control.vertex_count());
-        }
         let mut out = zeroed(self.counts.vertices);
         self.refine_into(values, &mut out);
         out
@@ -250,10 +247,10 @@ impl UniformRefinement {
         assert_eq!(values.len(), self.control.vertex_count(), "one value per vertex of the control mesh");
         assert_eq!(out.len(), self.counts.vertices, "one value per vertex of the level");
         if const { N == 3 } {
-            return T::refine(self, as_rows(values), as_rows_mut(out));
+            return T::compiled_refine(self, as_rows(values), as_rows_mut(out));
         }
         if const { N == 2 } {
-            return T::refine_pairs(self, as_rows(values), as_rows_mut(out));
+            return T::compiled_refine_pairs(self, as_rows(values), as_rows_mut(out));
         }
         self.fill(values, out);
     }

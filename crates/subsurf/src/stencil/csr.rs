@@ -54,30 +54,36 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
-        if const { N == 3 && size_of::<W>() == size_of::<T>() } {
+        if const { N == 3 && size_of::<W>() >= size_of::<T>() } {
             let out = SumRows::new::<N, K, FIRST_IS_POSITION>(out);
-            return T::sums(self, &same_precision(weights), as_rows(control), None, out);
+            return T::compiled_sums(self, &weights.map(W::compiled_numbers), as_rows(control), None, out);
         }
         self.all_sums::<W, T, N, K, FIRST_IS_POSITION>(weights, control, out);
     }
 
-    /// The sums of both for rows of three numbers in the precision of the weights: of all rows, or of some.
-    pub fn sums<T: Real>(&self, weights: &[&[T]], control: &[[T; 3]], some: Option<&[u32]>, out: SumRows<'_, T>) {
-        fn first<'a, const K: usize, T>(weights: &[&'a [T]]) -> [&'a [T]; K] {
+    /// What [`apply_into`](Self::apply_into) and [`update`](Self::update) give for points: of all rows, or of `some`.
+    pub fn sums<W: Real, T: Real>(
+        &self,
+        weights: &[&[W]],
+        control: &[[T; 3]],
+        some: Option<&[u32]>,
+        out: SumRows<'_, T>,
+    ) {
+        fn first<'a, const K: usize, W>(weights: &[&'a [W]]) -> [&'a [W]; K] {
             *weights.first_chunk().expect("as many parts as are asked for")
         }
         match (out, some) {
-            (SumRows::Positions(out), None) => self.all_sums::<T, T, 3, 1, true>(first(weights), control, out),
-            (SumRows::Frames(out), None) => self.all_sums::<T, T, 3, 3, true>(first(weights), control, out),
+            (SumRows::Positions(out), None) => self.all_sums::<W, T, 3, 1, true>(first(weights), control, out),
+            (SumRows::First(out), None) => self.all_sums::<W, T, 3, 2, false>(first(weights), control, out),
+            (SumRows::Frames(out), None) => self.all_sums::<W, T, 3, 3, true>(first(weights), control, out),
+            (SumRows::Second(out), None) => self.all_sums::<W, T, 3, 3, false>(first(weights), control, out),
             (SumRows::Positions(out), Some(rows)) => {
-                self.some_sums::<T, T, 3, 1, true>(first(weights), control, rows, out)
+                self.some_sums::<W, T, 3, 1, true>(first(weights), control, rows, out);
             }
             (SumRows::Frames(out), Some(rows)) => {
-                self.some_sums::<T, T, 3, 3, true>(first(weights), control, rows, out)
+                self.some_sums::<W, T, 3, 3, true>(first(weights), control, rows, out);
             }
-            // Nobody asks for some of these alone.
-            (SumRows::First(out), _) => self.all_sums::<T, T, 3, 2, false>(first(weights), control, out),
-            (SumRows::Second(out), _) => self.all_sums::<T, T, 3, 3, false>(first(weights), control, out),
+            (SumRows::First(_) | SumRows::Second(_), Some(_)) => unreachable!("derivatives alone are not updated"),
         }
     }
 
@@ -107,9 +113,9 @@ impl Csr {
     ) {
         self.check(control.len());
         assert_eq!(out.len(), self.len(), "one row of output per row of the table");
-        if const { N == 3 && size_of::<W>() == size_of::<T>() } {
+        if const { N == 3 && size_of::<W>() >= size_of::<T>() } {
             let out = SumRows::new::<N, K, FIRST_IS_POSITION>(out);
-            return T::sums(self, &same_precision(weights), as_rows(control), Some(rows), out);
+            return T::compiled_sums(self, &weights.map(W::compiled_numbers), as_rows(control), Some(rows), out);
         }
         self.some_sums::<W, T, N, K, FIRST_IS_POSITION>(weights, control, rows, out);
     }
@@ -148,11 +154,6 @@ impl Csr {
         let moved: Vec<_> = moved.collect();
         rows.iter().zip(moved.iter().flatten()).for_each(|(&i, value)| out[i as usize] = *value);
     }
-}
-
-/// Weights of the points' precision, as which they are known here.
-fn same_precision<W: Real, T: Real, const K: usize>(weights: [&[W]; K]) -> [&[T]; K] {
-    weights.map(|weights| T::of_numbers(W::numbers(weights)).expect("the precision is the same"))
 }
 
 /// Refuses more weights than are allowed, or than 32 bits can count.

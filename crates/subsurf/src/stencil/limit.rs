@@ -113,7 +113,7 @@ impl<W: Real> LimitStencilTable<W> {
         places: &[Location],
         options: &LimitStencilOptions,
     ) -> Result<Self, StencilError> {
-        W::limit_stencils(patches, places.len(), &|i| Some(places[i]), None, options)
+        W::compiled_limit_stencils(patches, places.len(), &|i| Some(places[i]), None, options)
     }
 
     /// The limit of every vertex of `level`, a refinement of the table's mesh, in the order of refinement. A vertex
@@ -136,7 +136,7 @@ impl<W: Real> LimitStencilTable<W> {
             }
             false => None,
         };
-        W::limit_stencils(patches, places.len(), &|i| places[i], refined.as_ref(), options)
+        W::compiled_limit_stencils(patches, places.len(), &|i| places[i], refined.as_ref(), options)
     }
 
     /// Number of rows.

@@ -11,7 +11,8 @@ use crate::index::HalfEdge;
 use crate::limit::{LimitSurface, PatchTable};
 use crate::mesh::MAX_COUNT;
 use crate::real::Real;
-use subsurf_memory::advise;
+use rayon::prelude::*;
+use subsurf_memory::{advise, with_capacity};
 
 /// Values of a channel on the facets of a [`Tessellation`].
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,8 @@ pub struct TessellatedChannel<T, const N: usize> {
 impl<P: Real> Tessellation<P> {
     /// The limit values of a channel at the corners of this tessellation's facets. `mesh` is the table that was
     /// tessellated, `surface` that of a [`Channel`](crate::Channel) over the same mesh.
+    ///
+    /// Values of more than three numbers are compiled where this is called, which takes long.
     ///
     /// # Errors
     /// [`TessellateError::TooLarge`] where the values do not fit 32-bit indices.
@@ -51,26 +54,37 @@ impl<P: Real> Tessellation<P> {
         };
         let layout = Layout::new(surface.table(), rates);
         layout.check(MAX_COUNT as u64)?;
-        let mut values = vec![[T::default(); N]; layout.points()];
-        advise(&mut values);
-        if const { N > 3 } {
-            fill(&layout, surface, &mut values);
-        } else if const { N == 3 } {
-            T::channel(&layout, surface.of_threes(), as_rows_mut(&mut values));
-        } else {
-            // Filled up to three numbers, which takes as long as two.
-            let filled = |row: &[T; N]| std::array::from_fn(|k| row.get(k).copied().unwrap_or_default());
-            let control: Vec<[T; 3]> = surface.points().iter().map(filled).collect();
-            let mut points = vec![[T::default(); 3]; values.len()];
-            advise(&mut points);
-            T::channel(&layout, surface.table().surface(&control), &mut points);
-            values.iter_mut().zip(&points).for_each(|(value, point)| value.copy_from_slice(&point[..N]));
-        }
+        let values = values(&layout, surface);
         let options = TessellateOptions { facets: self.facets, normals: false, ..TessellateOptions::default() };
         let corners = facets::of_layout(&layout, &Sides::default(), &options)?.corners;
         debug_assert_eq!(corners.len(), self.corners.len());
         Ok(TessellatedChannel { values, corners })
     }
+}
+
+/// The values of a layout. One number and two are filled up to three, which are evaluated in the same time.
+fn values<T: Real, const N: usize>(layout: &Layout<'_>, surface: LimitSurface<'_, T, N>) -> Vec<[T; N]> {
+    fn room<T: Real, const N: usize>(len: usize) -> Vec<[T; N]> {
+        let mut values = vec![[T::default(); N]; len];
+        advise(&mut values);
+        values
+    }
+    if const { N >= 3 } {
+        let mut values = room(layout.points());
+        if const { N == 3 } {
+            T::compiled_channel(layout, surface.of_threes(), as_rows_mut(&mut values));
+        } else {
+            fill(layout, surface, &mut values);
+        }
+        return values;
+    }
+    let filled = |row: &[T; N]| std::array::from_fn(|k| row.get(k).copied().unwrap_or_default());
+    let control: Vec<[T; 3]> = surface.points().par_iter().map(filled).collect();
+    let mut points = room(layout.points());
+    T::compiled_channel(layout, surface.table().surface(&control), &mut points);
+    let mut values = with_capacity(points.len());
+    points.par_iter().map(|point| std::array::from_fn(|k| point[k])).collect_into_vec(&mut values);
+    values
 }
 
 /// The points of a layout.

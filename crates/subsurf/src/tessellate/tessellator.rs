@@ -66,7 +66,7 @@ impl PatchTable {
         points: &[[T; 3]],
         options: &TessellateOptions,
     ) -> Result<Tessellator<'_, T>, TessellateError> {
-        Ok(T::tessellator(self, points, options, Frames::Many)?.0)
+        Ok(T::compiled_tessellator(self, points, options, Frames::Many)?.0)
     }
 }
 
@@ -153,7 +153,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
     /// If a slice has not the length that [`point_count`](Self::point_count) and [`normal_count`](Self::normal_count)
     /// say, or `control` not one row per vertex of the mesh.
     pub fn evaluate_into(&self, control: &[[T; 3]], points: &mut [[T; 3]], normals: &mut [[T; 3]]) {
-        T::tessellate(self, self.layout.table.surface(control), None, points, normals);
+        T::compiled_tessellate(self, self.layout.table.surface(control), None, points, normals);
     }
 
     /// The same with shading normals in the place of the surface's own, as
@@ -168,7 +168,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
         points: &mut [[T; 3]],
         normals: &mut [[T; 3]],
     ) {
-        T::tessellate(self, self.layout.table.surface(control), Some(shading), points, normals);
+        T::compiled_tessellate(self, self.layout.table.surface(control), Some(shading), points, normals);
     }
 
     /// The whole mesh for these control points.
@@ -217,7 +217,7 @@ impl<'a, T: Real> Tessellator<'a, T> {
         let mut normals = vec![[T::default(); 3]; self.normal_count()];
         advise(&mut points);
         advise(&mut normals);
-        T::tessellate(self, surface, shading, &mut points, &mut normals);
+        T::compiled_tessellate(self, surface, shading, &mut points, &mut normals);
         (points, normals)
     }
 

@@ -18,15 +18,15 @@ use subsurf::{Crease, PatchTable};
 
 const SHARPNESSES: [f64; 14] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 const RATE: u32 = 8;
-/// Rounds in which our times at all sharpnesses are compared with one another.
-const TURNS: usize = 101;
+/// Levels at extraordinary vertices where nothing is sharp.
+const SMOOTH: u32 = 4;
+/// Rounds in which our times at all sharpnesses are compared with one another, whatever others' effort; and of a quick run.
+const TURNS: [usize; 2] = [101, 5];
 /// Where these comparisons begin.
 const SHARP: f64 = 1.0;
 
-/// How what is measured of ours at all sharpnesses in turn ends.
+/// How records of ours alone, all sharpnesses in turn, are named at the end.
 pub const IN_TURN: &str = "sharpnesses in turn";
-/// Levels at extraordinary vertices where nothing is sharp.
-const SMOOTH: u32 = 4;
 
 /// All sharpnesses take turns, round after round, because it is their times that are compared.
 pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
@@ -45,7 +45,8 @@ pub fn run(context: &Context<'_>, emit: Emit<'_>) -> Result<(), String> {
     }
     context.run_together(frames.iter().map(Frame::contest).collect()).into_iter().for_each(&mut *emit);
 
-    let often = Effort { least_rounds: TURNS, most_rounds: TURNS, ..context.effort };
+    let turns = TURNS[usize::from(context.quick)];
+    let often = Effort { least_rounds: turns, most_rounds: turns, ..context.effort };
     emit(builds_in_turn(&cars).run(often, &[]));
     emit(frames_in_turn(&frames).run(often, &[]));
     Ok(())
@@ -172,7 +173,8 @@ fn builds_in_turn<'a>(cars: &'a [Car<'a>]) -> Contest<'a> {
     contest
 }
 
-/// The same of frames. All write to the same memory, given back and taken again, since where it lies matters as well.
+/// The same of frames. Memory to write to is given back and taken again, so that all have the same, mostly: where it lies matters as
+/// well.
 fn frames_in_turn<'a>(frames: &'a [Frame<'a>]) -> Contest<'a> {
     let mut contest = Contest::new(format!("frame, {IN_TURN}"), "place, ours", frames[0].places);
     for frame in frames.iter().filter(|frame| frame.car.sharpness >= SHARP) {
