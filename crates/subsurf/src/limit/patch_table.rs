@@ -80,7 +80,8 @@ pub struct EvaluationSize {
 }
 
 impl PatchTable {
-    /// Builds the table of a mesh, in parallel.
+    /// Builds the table of a mesh, in parallel. A call from outside a thread pool hands its work to rayon's global one, which may
+    /// take 100 µs: many small meshes are built fastest from within a pool (`meshes.par_iter()`).
     ///
     /// # Errors
     /// Those of [`Topology::new`], [`MeshError::PoleTooLarge`] where so many faces meet at a vertex that their rings and plans would
