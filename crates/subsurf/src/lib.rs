@@ -39,8 +39,8 @@
 //! ```
 //!
 //! Values are `[T; N]` with `T` = `f32` or `f64` and any `N`: positions, colours, weights have the same functions. Those of points,
-//! `N = 3`, are compiled with this crate, others with the program that calls them, which takes some seconds. Everything parallel
-//! gives the same bits on any number of threads.
+//! `N = 3`, are compiled with this crate, others with the program that calls them, which takes up to half a minute. Everything
+//! parallel gives the same bits on any number of threads.
 
 #![forbid(unsafe_code)]
 

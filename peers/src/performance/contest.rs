@@ -127,12 +127,10 @@ impl<'a> Running<'a> {
 
     /// Someone else begins each time: who comes after a pause pays for pages that the host has taken back.
     fn round(&mut self) {
+        let order = order(self.rounds.len(), self.contest.entrants.len());
         let entrants = &mut self.contest.entrants;
         let mut round: Vec<Option<Spent>> = entrants.iter().map(|_| None).collect();
-        for k in 0..entrants.len() {
-            // Every second round goes backwards, so that nobody has the same one before him each time.
-            let k = if self.rounds.len() % 2 == 1 { entrants.len() - 1 - k } else { k };
-            let i = (self.rounds.len() + k) % entrants.len();
+        for i in order {
             round[i] = measure(&mut entrants[i], self.repetitions[i]);
         }
         self.rounds.push(round);
@@ -165,6 +163,16 @@ impl<'a> Running<'a> {
             .collect();
         Record { section: String::new(), mesh: String::new(), what, unit: unit.to_string(), count, entries }
     }
+}
+
+/// In which order so many entrants take part in a round: a turn further every second round, and backwards in between, so that
+/// everyone begins as often, and nobody has the same one before him each time.
+fn order(round: usize, entrants: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..entrants).map(|k| (round / 2 + k) % entrants).collect();
+    if round % 2 == 1 {
+        order.reverse();
+    }
+    order
 }
 
 /// Runs once to warm up, and finds how many runs make one measurement. Says first who runs, so that whoever reads along
@@ -217,6 +225,15 @@ mod tests {
         assert_eq!(record.entries[0].ratio, None);
         assert_eq!(record.entries[1].wall.unwrap().median, 4e6);
         assert_eq!(record.entries[1].ratio.unwrap().median, 2.0);
+    }
+
+    #[test]
+    fn everyone_begins_as_often() {
+        for entrants in 1..6 {
+            let first = |i| (0..2 * entrants).filter(|&round| order(round, entrants)[0] == i).count();
+            assert!((0..entrants).all(|i| first(i) == 2), "{entrants} entrants");
+        }
+        assert_eq!(order(3, 3), [0, 2, 1]);
     }
 
     #[test]
